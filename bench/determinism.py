@@ -51,14 +51,15 @@ def robots_in_the_office() -> Simulation:
 
 
 def command(rng: random.Random) -> bytes:
-    """One of the commands, with values for it."""
+    """Return one of the commands, with values for it."""
     name, *ranges = COMMANDS[int(rng.random() * len(COMMANDS))]
     return p2os.encode_command(name, *(low + int(rng.random() * (high - low + 1)) for low, high in ranges))
 
 
 def everything_sent(minutes: float, parts: int = 1, seed: int = 4) -> Tuple[str, List[int]]:
-    """The hash of all that the robots send, and how often each ran into something;
-    each tenth of a second passes in so many parts.
+    """Return the hash of all that the robots send, and how often each of them hit something.
+
+    Each tenth of a second passes in so many parts.
     """
     simulation, rng, total = robots_in_the_office(), random.Random(seed), hashlib.sha256()
     for _ in range(round(minutes * 600)):

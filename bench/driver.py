@@ -81,7 +81,7 @@ SLOW, FAST, MANY = PHASES = (Phase(0.1, 10), Phase(0.02, 10), Phase(0.1, 100))
 
 
 class Usage(NamedTuple):
-    """What a process takes."""
+    """The processor time and memory of a process."""
 
     cpu: float
     """s a minute"""
@@ -114,11 +114,11 @@ class Node:
         self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
 
     def cpu(self) -> float:
-        """s of processor time so far, of all threads."""
+        """Processor time so far (s), of all threads."""
         return time.clock_gettime(~self.process.pid << 3 | 2)      # the clock that clock_getcpuclockid(3) returns
 
     def rss(self) -> float:
-        """MiB in memory."""
+        """Resident memory (MiB)."""
         with open("/proc/%d/statm" % self.process.pid) as statm:
             return int(statm.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2 ** 20
 
@@ -131,7 +131,7 @@ class Node:
 
 @contextlib.contextmanager
 def master():
-    """A ROS master of our own, for as long as the run takes."""
+    """Run a ROS master of our own, as long as the block lasts."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
@@ -150,7 +150,7 @@ def master():
 # What a user of the nodes has: subscribers, and a commander
 
 class Poses:
-    """When which Odometry of a node arrived."""
+    """The arrival times of each Odometry of a node."""
 
     def __init__(self, name: str) -> None:
         self.heard: List[Tuple[int, float]] = []     # number (the publisher counts), time
@@ -168,7 +168,7 @@ class Poses:
         self.heard = []
 
     def first(self) -> float:
-        """When the first one came that has not been forgotten; waits for it."""
+        """Return the time of the first Odometry since forget(). Waits for it."""
         with self._changed:
             if not self._changed.wait_for(lambda: self.heard, PATIENCE):
                 raise SystemExit("no Odometry within %.0f s" % PATIENCE)
@@ -178,7 +178,8 @@ class Poses:
 class Commander:
     """Publishes cmd_vel to one or more nodes in turn, from a thread of its own, while the `with` block lasts.
 
-    What this process is late by more than a cycle is not made up for, as with rospy.Rate: it sends no bunches.
+    When this process is late by more than a cycle, the missed commands are left out, as with rospy.Rate. So no commands
+    come in a bunch.
     """
 
     def __init__(self, publishers: Dict[str, rospy.Publisher], rate: float,
@@ -213,7 +214,7 @@ class Commander:
 
 
 def is_driver(name: str) -> bool:
-    """Whether a node is the driver, whole or without a piece; else it is a floor."""
+    """Return whether a node is the driver, whole or without a piece. Otherwise it is a floor."""
     return not name.startswith("floor")
 
 
@@ -225,7 +226,7 @@ class Bench:
                        for turn, name in enumerate(NODES)}
 
     def connect(self) -> None:
-        """Join the graph; the robots must have been started before, for they are forks of this process."""
+        """Join the graph. Start the robots before: they are forks of this process."""
         rospy.init_node("bench", disable_signals=True)
         self.poses = {name: Poses(name) for name in NODES}
         self.publishers = {name: rospy.Publisher("/%s/cmd_vel" % name, Twist, queue_size=10, tcp_nodelay=True)
@@ -234,13 +235,13 @@ class Bench:
             rospy.Subscriber(topic, rospy.AnyMsg, lambda message: None)
 
     def start(self, name: str, *arguments: str) -> Tuple[Node, float]:
-        """A node, and how long it took to the first Odometry."""
+        """Start a node. Returns it, and the time (s) until its first Odometry."""
         self.poses[name].forget()
         node = Node(name, self.robots[name].port, *arguments)
         return node, self.poses[name].first() - node.started
 
     def until_driving(self, name: str = "ours") -> None:
-        """Motors on; returns when the node has heard a command."""
+        """Switch the motors on. Returns when the node has heard a command."""
         rospy.wait_for_service("/%s/set_motors" % name, PATIENCE)
         assert rospy.ServiceProxy("/%s/set_motors" % name, SetBool)(True).success
         deadline = monotonic() + PATIENCE
@@ -248,14 +249,14 @@ class Bench:
             time.sleep(0.01)
 
     def driving(self, name: str) -> Commander:
-        """Someone who drives one node at 0.2 m/s."""
+        """Return a Commander that drives one node at 0.2 m/s."""
         return Commander({name: self.publishers[name]}, 10, (200,))
 
 
 # What is measured
 
 def drive(bench: Bench, seconds: float) -> Dict[Tuple[str, Phase], Drive]:
-    """Latencies and costs of all nodes side by side, in all phases."""
+    """Measure latencies and costs of all nodes side by side, in all phases."""
     for robot in bench.robots.values():
         robot.set_cycle(SLOW.cycle)
     nodes = {name: bench.start(name, *(["_baud:=%d" % ENOUGH] if is_driver(name) else []))[0] for name in NODES}
@@ -289,11 +290,10 @@ def drive(bench: Bench, seconds: float) -> Dict[Tuple[str, Phase], Drive]:
 
 
 def pose_latencies(heard: List[Tuple[int, float]], record: Record) -> List[float]:
-    """ms from each SIP to its Odometry.
+    """Return the times (ms) from each SIP to its Odometry.
 
-    Both are counted, but not from the same number on: no Odometry comes before its SIP.
-
-    Found anew for each second: a SIP that a node did not take would else make all that follow seem late by one.
+    Both are counted, but they do not begin with the same number: no Odometry comes before its SIP. The offset is found
+    anew for each second. Otherwise a single SIP that a node did not take would make all later ones look late.
     """
     sent, found = record.sent, []
     for _, second in itertools.groupby((each for each in heard if each[1] > sent[0] + 1.0), lambda each: int(each[1])):
@@ -304,7 +304,9 @@ def pose_latencies(heard: List[Tuple[int, float]], record: Record) -> List[float
 
 
 def command_latencies(sent: List[Tuple[float, int]], record: Record) -> Tuple[List[float], float]:
-    """ms from each command to the last byte of its RVEL on the wire, and the share of those that got there."""
+    """Return the times (ms) from each command to the last byte of its RVEL on the wire, and the share of commands that
+    arrived.
+    """
     written = []    # time, mm/s
     decoder, speed = p2os.FrameDecoder(), None
     for now, data in record.heard:
@@ -324,8 +326,8 @@ def command_latencies(sent: List[Tuple[float, int]], record: Record) -> Tuple[Li
 
 
 def start_times(bench: Bench, times: int) -> Dict[str, List[float]]:
-    """s from the start of a process to its first Odometry: the floor; ours, robot waiting;
-    ours, robot left open by a killed driver.
+    """Return the times (s) from the start of a process to its first Odometry: the floor; ours, robot waiting; ours,
+    robot left open by a killed driver.
     """
     found: Dict[str, List[float]] = {"floor": [], "waiting": [], "left open": []}
     for _ in range(times):
@@ -346,8 +348,8 @@ def start_times(bench: Bench, times: int) -> Dict[str, List[float]]:
 
 
 def ends(bench: Bench, how: int, times: int) -> Tuple[List[float], List[float]]:
-    """Of a driver that gets a signal while driving: ms to a zero velocity on the wire,
-    s to its clean exit (infinite if not clean).
+    """Send a signal to a driver that drives. Returns the times to a zero velocity on the wire (ms), and to its clean
+    exit (s, infinite if not clean).
     """
     zeros, exits = [], []
     for _ in range(times):
@@ -370,7 +372,7 @@ def ends(bench: Bench, how: int, times: int) -> Tuple[List[float], List[float]]:
 
 
 def heard_after(then: float, record: Record) -> List[Tuple[float, str, Optional[int]]]:
-    """The commands a robot got after a time: when, name, value."""
+    """Return the commands that a robot got after a time: when, name, value."""
     decoder = p2os.FrameDecoder()
     commands = [(now, command.name, command.value) for now, data in record.heard
                 for command in map(p2os.decode_command, decoder.feed(data))]
@@ -390,7 +392,7 @@ class Row(NamedTuple):
 
 
 def share(values: Sequence[float], percent: float) -> float:
-    """The value that `percent` % of the values do not exceed (nearest rank)."""
+    """Return the value that `percent` % of the values do not exceed (nearest rank)."""
     ordered = sorted(values) or [math.nan]
     return ordered[max(0, math.ceil(len(ordered) * percent / 100) - 1)]
 
@@ -404,18 +406,18 @@ Rounds = Dict[Tuple[str, Phase], List[Drive]]
 
 
 def typical(rounds: List[Drive], figure: Callable[[Drive], float]) -> float:
-    """The median of a figure over the rounds."""
+    """Return the median of a figure over the rounds."""
     return median([figure(each) for each in rounds])
 
 
 def pooled(rounds: List[Drive], times: Callable[[Drive], List[float]]) -> List[float]:
-    """The times of all rounds."""
+    """Return the times of all rounds."""
     return [each for drive in rounds for each in times(drive)]
 
 
 def rows(drives: Rounds, starts: Dict[str, List[float]],
          signals: Dict[str, Tuple[List[float], List[float]]]) -> List[Row]:
-    """The limits and what became of them."""
+    """Return the limits, and whether each was kept."""
     def compared(what: str, phase: Phase, figure: Callable[[Drive], float], form: str, factor: float) -> Row:
         floor, ours = typical(drives["floor", phase], figure), typical(drives["ours", phase], figure)
         return Row(what, "%g x floor" % factor, form % floor, (form + " (%.2f x)") % (ours, ours / floor),
@@ -455,7 +457,7 @@ def rows(drives: Rounds, starts: Dict[str, List[float]],
 
 def report(limits: List[Row], drives: Rounds, starts: Dict[str, List[float]],
            signals: Dict[str, Tuple[List[float], List[float]]], load: float) -> str:
-    """The text of bench/driver.md."""
+    """Return the text of bench/driver.md."""
     lines = [
         "# What `bench/driver.py` measured", "",
         "Written by the program. Python %s, %d cores, load average %.1f before the start; %s s in each phase of "
@@ -494,7 +496,9 @@ def report(limits: List[Row], drives: Rounds, starts: Dict[str, List[float]],
 
 
 def pieces(seconds: float, load: float) -> str:
-    """The text of bench/driver_pieces.md: medians of the floor, of the driver, and of the driver without each piece."""
+    """Return the text of bench/driver_pieces.md: medians of the floor, of the driver, and of the driver without each
+    piece.
+    """
     lines = [
         "# What each piece of driver/prompt.py gains", "",
         "Written by `bench/driver.py --pieces`. Python %s, %d cores, load average %.1f before the start;"

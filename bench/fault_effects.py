@@ -162,7 +162,7 @@ class Insistent:
 
 
 def room(picks: bool) -> World:
-    """The room with a block in its middle; with a can on the way if the client picks it."""
+    """Return the room with a block in its middle, and with a can if the client picks it."""
     walls = closed([(-0.9, -0.9), (4.4, -0.9), (4.4, 3.4), (-0.9, 3.4)]) + box_walls((1.7, 1.25), (1.6, 0.9), 0.0)
     return World("room", walls, posts=[(2.6, 3.1, 0.1)], cans=[Can(2.0, 0.0)] if picks else [])
 
@@ -188,7 +188,7 @@ def run(fault: Optional[str], numbers: RobotNumbers, seed: int, picks: bool) -> 
 
 
 def _echo(number: int, distance: float, pose: Tuple[float, float, float]) -> Tuple[float, float]:
-    """Where the echo of a transducer seems to come from."""
+    """Return the place from which the echo of a transducer seems to come."""
     mounted = MOUNTS[number]
     x, y = mounted.x + distance * math.cos(mounted.heading), mounted.y + distance * math.sin(mounted.heading)
     return pose[0] + x * math.cos(pose[2]) - y * math.sin(pose[2]), pose[1] + x * math.sin(pose[2]) + y * math.cos(
@@ -207,7 +207,7 @@ class Panel(NamedTuple):
 
 
 def fault_panels(seed: int) -> List[Panel]:
-    """One for each kind of fault."""
+    """Return one panel for each kind of fault."""
     fused = dataclasses.replace(standard_numbers(), gyro=dataclasses.replace(standard_numbers().gyro, kind=2))
     plain: Dict[Tuple[bool, bool], Run] = {}
     panels = []
@@ -223,7 +223,7 @@ def fault_panels(seed: int) -> List[Panel]:
 
 
 def option_panels(seed: int) -> List[Panel]:
-    """One for each number that makes wheels or sonar err."""
+    """Return one panel for each number that makes wheels or sonar err."""
     own = standard_numbers()
     plain = run(None, own, seed, False)
     panels = []
@@ -236,7 +236,7 @@ def option_panels(seed: int) -> List[Panel]:
 
 
 def effect(panel: Panel) -> str:
-    """The difference between the two runs, in figures."""
+    """Return the difference between the two runs, in figures."""
     plain, other = panel.plain, panel.other
     words = []
     if other.arrived is None:
@@ -257,7 +257,7 @@ def effect(panel: Panel) -> str:
 
 
 def _heard(run_: Run) -> Tuple[int, float]:
-    """How many echoes, and how far (cm) on average they seem to be from the nearest wall or post."""
+    """Return how many echoes there are, and their mean distance (cm) from the nearest wall or post."""
     world = room(False)
     return len(run_.echoes), 100.0 * float(np.mean([world.clearance(x, y) for x, y in run_.echoes.tolist()]))
 

@@ -1,6 +1,6 @@
-"""How much floor a robot could use: what a benchmark measures a wander against.
+"""How much floor a robot can use. Benchmarks compare a wander with this.
 
-Questions are answered on a grid of `RESOLUTION`, for a disc that has to fit: a robot that turns on the spot.
+Questions are answered on a grid of `RESOLUTION`, for a disc that must fit, because a robot turns on the spot.
 """
 
 import functools
@@ -54,7 +54,7 @@ def gap_open(world: World, x: float, y: float, width: float = 1.0, reach: float 
 
 @functools.lru_cache(maxsize=16)
 def _grid(world: World) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Middles of the columns' and rows' cells and the clearance (rows, columns) there."""
+    """Return the middles of the columns' and rows' cells, and the clearance (rows, columns) there."""
     low_x, low_y, high_x, high_y = world.bounds
     column_x = np.arange(math.floor(low_x / RESOLUTION) - 40, math.ceil(high_x / RESOLUTION) + 41) * RESOLUTION
     row_y = np.arange(math.floor(low_y / RESOLUTION) - 40, math.ceil(high_y / RESOLUTION) + 41) * RESOLUTION
@@ -62,7 +62,7 @@ def _grid(world: World) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _nearest_cell(column_x: np.ndarray, row_y: np.ndarray, x: float, y: float) -> np.ndarray:
-    """A grid that is true in the one cell nearest to a point."""
+    """Return a grid that is true only in the cell nearest to a point."""
     cell = np.zeros((len(row_y), len(column_x)), dtype=bool)
     cell[np.argmin(np.abs(row_y - y)), np.argmin(np.abs(column_x - x))] = True
     return cell

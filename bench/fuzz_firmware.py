@@ -36,11 +36,11 @@ MOST_GROWTH_KB = 3000
 
 
 class Wrong(Exception):
-    """Something that must hold does not."""
+    """Something that must always hold does not hold."""
 
 
 def must(holds: bool, what: str) -> None:
-    """Raise Wrong unless it does."""
+    """Raise Wrong unless the condition holds."""
     if not holds:
         raise Wrong(what)
 
@@ -93,7 +93,7 @@ class Subject:
         self.robot.receive(p2os.encode_command("ENABLE", 1))
 
     def look(self) -> None:
-        """Check the robot and all that it sent."""
+        """Check the robot and all packets that it sent."""
         counts = self.decoder.counts
         must(not self.decoder.waiting and not counts.discarded_bytes and not counts.bad_checksums,
              "said something that is no packet: %s" % (counts,))
@@ -105,7 +105,7 @@ class Subject:
 
 
 def any_string(draw: random.Random) -> bytes:
-    """Noise, a piece of a packet, a packet with a wrong bit, or a packet of random data."""
+    """Return noise, a piece of a packet, a packet with a wrong bit, or a packet of random data."""
     kind = draw.randrange(5)
     noise = draw.getrandbits(8 * 48).to_bytes(48, "little")[:draw.randrange(49)]
     if kind == 0:
@@ -122,7 +122,7 @@ def any_string(draw: random.Random) -> bytes:
 
 
 def any_command(draw: random.Random) -> bytes:
-    """A command of the protocol with a legal value, often an extreme one; sometimes an unknown number."""
+    """Return a command of the protocol with a legal value, often an extreme one, or sometimes an unknown number."""
     if draw.random() < 0.1:
         value = draw.choice((0, 1, 0x7FFF, 0xFFFF, draw.randrange(0x10000)))
         data = draw.choice((b"", b"\x3B" + struct.pack("<H", value), b"\x1B" + struct.pack("<H", value), b"\x2B\x03abc",
@@ -146,7 +146,7 @@ ALL = tuple(COMMANDS.values())
 
 
 def resident_kb() -> int:
-    """Resident memory of this process."""
+    """Return the resident memory of this process (kB)."""
     with open("/proc/self/statm") as file:
         return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") // 1024
 

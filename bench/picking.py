@@ -33,29 +33,29 @@ Place = Tuple[float, float]
 
 
 def between(chance: random.Random) -> Place:
-    """Where a can stands between the open paddles: ahead of the palm, left of the middle [m]."""
+    """Return a place between the open paddles: ahead of the palm, left of the middle [m]."""
     return chance.uniform(RADIUS, LENGTH), chance.uniform(-1, 1) * (OPENING / 2 - RADIUS)
 
 
 def at_the_edge(chance: random.Random) -> Place:
-    """At the tips, half in and half out, or on a paddle."""
+    """Return a place at the tips, half between the paddles, or on a paddle."""
     if chance.random() < 0.5:
         return LENGTH + chance.uniform(-RADIUS, RADIUS), chance.uniform(-1, 1) * OPENING / 2
     return chance.uniform(RADIUS, LENGTH), chance.choice((-1, 1)) * (OPENING / 2 + chance.uniform(-RADIUS, RADIUS))
 
 
 def out_of_reach(chance: random.Random) -> Place:
-    """Ahead of the tips."""
+    """Return a place ahead of the tips."""
     return LENGTH + RADIUS + chance.uniform(0.005, 0.3), chance.uniform(-0.2, 0.2)
 
 
 def ahead(chance: random.Random) -> Place:
-    """Some way ahead, where open paddles pass it on both sides."""
+    """Return a place some way ahead. The open paddles pass on both sides of it."""
     return chance.uniform(0.3, 0.8), chance.uniform(-1, 1) * (OPENING / 2 - RADIUS - 0.005)
 
 
 def nowhere(_: random.Random) -> None:
-    """There is no can."""
+    """Return no place: there is no can."""
 
 
 def robot_with_can(place: Optional[Place], seed: int) -> SimulatedRobot:
@@ -78,8 +78,8 @@ def do(robot: SimulatedRobot, step: Step) -> Outcome:
 
 
 class Picked(NamedTuple):
-    """One pick: was a can between the paddles when they began to close, is one held and lifted,
-    was it said that one is?
+    """The result of one pick: was a can between the paddles when they began to close, is one held and lifted, and did
+    the pick report that it holds one?
     """
 
     between: bool
@@ -102,9 +102,8 @@ def pick(robot: SimulatedRobot) -> Picked:
 
 
 def stands_between(robot: SimulatedRobot) -> bool:
-    """Is a can wholly between the paddles' faces, its middle behind their tips?
-
-    Robot at the origin of its line, heading 0.
+    """Return whether a can is completely between the paddles' faces, with its middle behind their tips. The robot is at
+    the origin of its line, with heading 0.
     """
     x, y, _ = robot.firmware.true_pose
     return any(0 < can.x - x - PALM <= LENGTH and abs(can.y - y) + can.radius <= OPENING / 2
@@ -112,7 +111,7 @@ def stands_between(robot: SimulatedRobot) -> bool:
 
 
 def drive_up(robot: SimulatedRobot) -> None:
-    """With open, lowered paddles forward until the outer beam is broken, as a wander ends."""
+    """Drive forward with open, lowered paddles until the outer beam is broken, as at the end of a wander."""
     do(robot, OPEN)
     do(robot, LOWER)
     start = robot.firmware.time
@@ -124,17 +123,17 @@ def drive_up(robot: SimulatedRobot) -> None:
 
 
 def close_above(robot: SimulatedRobot) -> None:
-    """Closed paddles come down on whatever stands there."""
+    """Lower closed paddles onto whatever stands there."""
     do(robot, CLOSE)
 
 
 def pick_before(robot: SimulatedRobot) -> None:
-    """It holds the can already: lower and open put it down, and it is picked again."""
+    """Hold the can already. Lower and open put it down, and it is picked again."""
     pick(robot)
 
 
 def nothing_before(_: SimulatedRobot) -> None:
-    """The pick comes first."""
+    """Do nothing before the pick."""
 
 
 class Case(NamedTuple):
@@ -163,7 +162,7 @@ def run(case: Case, seed: int) -> Picked:
 
 
 def report(results: Dict[str, List[Picked]]) -> str:
-    """The table."""
+    """Return the table."""
     lines = ["%-22s%8s%14s%16s%8s%12s%14s%12s" % (
         "can", "picks", "between", "of these held", "held", "said held", "said falsely", "timed out")]
     for name, picks in results.items():

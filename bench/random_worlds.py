@@ -27,10 +27,10 @@ class Floor(NamedTuple):
 
 
 def random_world(seed: int, kind: Optional[str] = None) -> World:
-    """The world of a seed: always the same for the same seed and kind.
+    """Return the world of a seed. It is always the same for the same seed and kind.
 
     Args:
-        kind: one of `KINDS`; None takes them in turn, so that any run of seeds has them all.
+        kind: one of `KINDS`; None takes them in turn, so that a row of seeds has all of them.
 
     Raises:
         WorldError: for another kind.
@@ -60,7 +60,9 @@ def _turned(floor: Floor, angle: float, heading: float, name: str) -> World:
 
 
 def corridors(rng: random.Random) -> Floor:
-    """A maze of corridors 1.1 to 1.9 m wide, with a few doors more than it needs, so that some ways lead round."""
+    """Return a maze of corridors 1.1 to 1.9 m wide. It has a few more doors than it needs, so that some ways lead
+    round.
+    """
     xs = _steps(rng, rng.randint(4, 6), 1.1, 1.9)
     ys = _steps(rng, rng.randint(4, 6), 1.1, 1.9)
     columns, rows = len(xs) - 1, len(ys) - 1
@@ -99,7 +101,7 @@ def _spanning_doors(rng: random.Random, columns: int, rows: int) -> set:
 
 
 def clutter(rng: random.Random) -> Floor:
-    """A room full of boxes, small and large, at all angles."""
+    """Return a room full of boxes, small and large, at all angles."""
     width, depth = rng.uniform(6.0, 10.0), rng.uniform(6.0, 10.0)
     start = _away_from_walls(rng, width, depth)
     walls = closed([(0.0, 0.0), (width, 0.0), (width, depth), (0.0, depth)])
@@ -112,7 +114,7 @@ def clutter(rng: random.Random) -> Floor:
 
 
 def corners(rng: random.Random) -> Floor:
-    """A room with a jagged outline, all points and wedges, and a few wedges more that stand free."""
+    """Return a room with a jagged outline and a few free wedges."""
     count = rng.randint(6, 11)
     outline = []
     for number in range(count):
@@ -130,7 +132,8 @@ def corners(rng: random.Random) -> Floor:
 
 
 def dead_ends(rng: random.Random) -> Floor:
-    """A hall with alcoves on both sides, some narrowing: every way but along the hall ends at a wall."""
+    """Return a hall with alcoves on both sides, some of them narrowing. Every way except along the hall ends at a wall.
+    """
     length, width = rng.uniform(7.0, 11.0), rng.uniform(1.3, 2.2)
     below = _alcoves(rng, length)
     above = _alcoves(rng, length)
@@ -139,7 +142,7 @@ def dead_ends(rng: random.Random) -> Floor:
 
 
 def _alcoves(rng: random.Random, length: float) -> List[Point]:
-    """One side of a hall from x = 0 to `length`, as corners (x, depth)."""
+    """Return one side of a hall from x = 0 to `length`, as corners (x, depth)."""
     side: List[Point] = [(0.0, 0.0)]
     x = rng.uniform(0.2, 1.5)
     while True:
@@ -152,7 +155,7 @@ def _alcoves(rng: random.Random, length: float) -> List[Point]:
 
 
 def poles(rng: random.Random) -> Floor:
-    """A bare room with poles 5 to 30 cm across, single and in rows that a robot may or may not fit through."""
+    """Return a bare room with poles of 5 to 30 cm, single and in rows. A robot may or may not fit through a row."""
     width, depth = rng.uniform(5.5, 9.0), rng.uniform(5.5, 9.0)
     start = _away_from_walls(rng, width, depth)
     posts = []
@@ -174,7 +177,7 @@ KINDS: Dict[str, Callable[[random.Random], Floor]] = {
 
 
 def _ahead(point: Point, angle: float, distance: float) -> Point:
-    """The point so far from another one in a direction (rad)."""
+    """Return the point at a distance from another one in a direction (rad)."""
     cosine, sine = unit(angle)
     return point[0] + distance * cosine, point[1] + distance * sine
 
@@ -184,7 +187,7 @@ def _away_from_walls(rng: random.Random, width: float, depth: float) -> Point:
 
 
 def _steps(rng: random.Random, count: int, least: float, most: float) -> List[float]:
-    """Positions from 0 on, with `count` distances drawn between them."""
+    """Return positions from 0 on, with `count` random distances between them."""
     positions = [0.0]
     for _ in range(count):
         positions.append(positions[-1] + rng.uniform(least, most))

@@ -45,7 +45,7 @@ EVERYDAY = topics_of(load_list(), [ROBOT])
 
 
 class Way(NamedTuple):
-    """One way to record; `command` without the bag, None: none at all."""
+    """One way to record. `command` is without the bag. None records nothing."""
 
     name: str
     command: Optional[Tuple[str, ...]]
@@ -82,7 +82,7 @@ SHORT, LONG = 15.0, 105.0
 
 
 class Cost(NamedTuple):
-    """Of one way: s of processor time a minute, and MB an hour."""
+    """The cost of one way: processor time (s a minute), and file size (MB an hour)."""
 
     recorder: float
     attendant: float
@@ -91,20 +91,20 @@ class Cost(NamedTuple):
 
 
 def cpu(process: int) -> float:
-    """s of processor time of a process so far."""
+    """Return the processor time (s) of a process so far."""
     with open("/proc/%d/stat" % process) as stat:
         fields = stat.read().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def children(process: int) -> List[int]:
-    """Processes that a process has started."""
+    """Return the processes that a process has started."""
     with open("/proc/%d/task/%d/children" % (process, process)) as file:
         return [int(word) for word in file.read().split()]
 
 
 def until(what: str, condition) -> None:
-    """Wait for something to be so."""
+    """Wait until a condition holds."""
     end = monotonic() + PATIENCE
     while not condition():
         if monotonic() > end:
@@ -114,7 +114,7 @@ def until(what: str, condition) -> None:
 
 @contextlib.contextmanager
 def running(*command: str) -> Iterator[subprocess.Popen]:
-    """A program, ended by Ctrl-C, or with force where that does nothing."""
+    """Run a program. At the end it gets Ctrl-C, or is killed if that has no effect."""
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
     try:
         yield process
@@ -128,7 +128,7 @@ def running(*command: str) -> Iterator[subprocess.Popen]:
 
 @contextlib.contextmanager
 def master() -> Iterator[None]:
-    """A ROS master of our own, with what belongs to it."""
+    """Run a ROS master of our own, and what belongs to it."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
@@ -142,7 +142,7 @@ def master() -> Iterator[None]:
 
 @contextlib.contextmanager
 def robot(folder: str, wire: bool) -> Iterator[int]:
-    """A simulated robot and its driver, which drives circles; gives the driver's process."""
+    """Run a simulated robot and its driver, which drives circles. Gives the driver's process."""
     line = os.path.join(folder, "line")
     namespace = "__ns:=/" + ROBOT
     ended = threading.Event()
@@ -172,9 +172,10 @@ def robot(folder: str, wire: bool) -> Iterator[int]:
 
 
 def growth(path: str, seconds: float) -> float:
-    """MB an hour that a file grows, between the first and the last time it was seen to grow within so many seconds:
-    it grows by whole chunks, which
-    must be small for that."""
+    """Return how fast (MB an hour) a file grows, between the first and the last growth within so many seconds.
+
+    The file grows by whole chunks, so the chunks must be small.
+    """
     seen: List[Tuple[float, int]] = []
     end = monotonic() + seconds
     while monotonic() < end:
@@ -187,7 +188,7 @@ def growth(path: str, seconds: float) -> float:
 
 
 def measure(way: Way, folder: str, driver: int, seconds: float) -> Cost:
-    """One recorder, for so many seconds after it has settled."""
+    """Measure one recorder, for so many seconds after it has settled."""
     if way.command is None:
         before, start = cpu(driver), monotonic()
         time.sleep(seconds)
@@ -204,11 +205,10 @@ def measure(way: Way, folder: str, driver: int, seconds: float) -> Cost:
 
 
 def chunks(folder: str) -> Dict[int, Tuple[float, float]]:
-    """What each size of a chunk costs.
+    """Measure each size of a chunk.
 
-    Returns:
-        By kB of a chunk: MB an hour, and seconds that are lost by kill -9. The MB an hour are the difference of two
-        bags of different lengths, so that what is there once does not count.
+    Returns: By kB of a chunk: MB an hour, and the seconds that kill -9 loses. The MB an hour are the difference of two
+    bags of different lengths, so that what every bag has does not count.
     """
     with contextlib.ExitStack() as long:
         with contextlib.ExitStack() as short:

@@ -37,7 +37,7 @@ def main():
               for name, message in messages.items()]
 
     def write(twist):
-        """A whole number of mm/s forward, 0 to 999, and no turn."""
+        """Write a whole number of mm/s forward, 0 to 999, and no turn."""
         speed, = struct.unpack(">H", struct.pack("<H", round(twist.linear.x * 1000)))
         os.write(port, struct.pack(">HBHHH", 0xFAFB, 6, 0x0B3B, speed, 0x0B3B + speed & 0xFFFF) + RVEL_0)
 

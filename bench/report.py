@@ -57,7 +57,7 @@ READERS = ("bare", "run")
 
 
 def steps() -> Iterator[Dict[str, Any]]:
-    """The messages of one moment after another, by topic."""
+    """Yield the messages of one moment after another, by topic."""
     from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
     from geometry_msgs.msg import TransformStamped, Twist
     from nav_msgs.msg import Odometry
@@ -105,7 +105,7 @@ def steps() -> Iterator[Dict[str, Any]]:
 
 
 def write(path: str, case: Case, size: int) -> float:
-    """Write a bag of so many MB before compression; the seconds it tells of."""
+    """Write a bag of so many MB before compression. Returns the length (s) of its run."""
     from pioneer_control.bags.writer import BagWriter
 
     writer, connections, bytes_of, written = BagWriter(path, case.compression), {}, {}, 0
@@ -130,7 +130,7 @@ def write(path: str, case: Case, size: int) -> float:
 
 
 def read(reader: str, path: str) -> Dict[str, float]:
-    """In a process of its own: read a bag; s of the processor, MB."""
+    """Read a bag in a process of its own. Returns processor time (s) and memory (MB)."""
     if reader == "bare":
         import rosbag
 
@@ -149,19 +149,19 @@ def read(reader: str, path: str) -> Dict[str, float]:
 
 
 def measured(reader: str, path: str) -> Dict[str, float]:
-    """The same from outside."""
+    """Start such a process, and return what it measured."""
     done = subprocess.run([sys.executable, os.path.abspath(__file__), "--read", reader, path], stdout=subprocess.PIPE,
                           check=True)
     return json.loads(done.stdout.decode())
 
 
 def spread(values: List[float], form: str = "%.1f") -> str:
-    """Median and range."""
+    """Return the median and the range."""
     return "%s (%s to %s)" % (form % statistics.median(values), form % min(values), form % max(values))
 
 
 def compare(case: Case, size: int, folder: str, repeats: int) -> Tuple[str, float, float]:
-    """Rows of the table; the peak (MB) and the ratio of read_run."""
+    """Return the rows of the table, and of read_run the peak memory (MB) and the ratio."""
     path = os.path.join(folder, "run.bag")
     seconds = write(path, case, size)
     try:
@@ -187,7 +187,7 @@ HEADING = ("| bag | MB of messages | MB of file | min | bare loop, s per GB | re
 
 
 def huge(size: int, case: Case, folder: str) -> int:
-    """One bag of so many GB, read_run alone."""
+    """Read one bag of so many GB with read_run alone."""
     path = os.path.join(folder, "run.bag")
     begin = time.monotonic()
     minutes = write(path, case, size * 1000) / 60
@@ -205,7 +205,7 @@ def huge(size: int, case: Case, folder: str) -> int:
 
 
 def main() -> int:
-    """Measure all cases. 1 when a limit is exceeded."""
+    """Measure all cases. Returns 1 when a limit is exceeded."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--quick", action="store_true", help="small bags, once")
     parser.add_argument("--huge", type=int, metavar="GB", help="one bag of this size with images, read_run alone")

@@ -39,7 +39,7 @@ class Record(NamedTuple):
 
 
 class Script:
-    """The robot's side of the protocol, as far as a driver's start, drive and end need it."""
+    """The robot's side of the protocol, as far as starting, driving and ending a driver need it."""
 
     def __init__(self, is_open: bool) -> None:
         self.is_open = is_open
@@ -51,7 +51,7 @@ class Script:
         self._decoder = p2os.FrameDecoder()
 
     def answer(self, data: bytes) -> bytes:
-        """Obey. Returns what the robot says to that."""
+        """Obey packets. Returns the robot's answer."""
         return b"".join(map(self._obey if self.is_open else self._sync, self._decoder.feed(data)))
 
     def _sync(self, frame: p2os.Frame) -> bytes:
@@ -75,7 +75,7 @@ class Script:
         return CONFIG if command.name == "CONFIG" else b""
 
     def sip(self) -> bytes:
-        """The next SIP."""
+        """Return the next SIP."""
         step = ACCELERATION * self.cycle
         self._speed += min(max(self._motors * self._wanted - self._speed, -step), step)
         self._way += self._speed * self.cycle
@@ -110,11 +110,11 @@ class ScriptedRobot:
         os.close(line)
 
     def set_cycle(self, seconds: float) -> None:
-        """Send a SIP that often from now on."""
+        """Send a SIP every ``seconds`` from now on."""
         self._control.send(seconds)
 
     def record(self) -> Record:
-        """What happened since this was last called."""
+        """Return what happened since the last call."""
         self._control.send(None)
         return self._control.recv()
 

@@ -1,7 +1,4 @@
-"""A simulated robot as the benches use it, without ROS.
-
-It is connected, open and enabled. A bench sees and drives it through its packets.
-"""
+"""A simulated robot for the benches, without ROS. It is connected, open and enabled. A bench uses its packets only."""
 
 import math
 import os
@@ -24,7 +21,7 @@ NOT_HEARD = 2.0  # s after which the driver forgets a range
 
 
 class Setup(NamedTuple):
-    """A robot as it is fitted out for the bench."""
+    """The equipment of a robot for a bench."""
 
     model: str
     gripper: bool = False
@@ -32,7 +29,7 @@ class Setup(NamedTuple):
 
 
 class SimulatedRobot:
-    """A robot that is connected, open and enabled, seen and driven through its packets."""
+    """A robot that is connected, open and enabled. A bench uses its packets only."""
 
     def __init__(self, setup: Setup, world, seed: int):
         model = find_model(setup.model)
@@ -50,7 +47,7 @@ class SimulatedRobot:
             self.firmware.receive(p2os.encode_command(*command))
 
     def listen(self) -> Snapshot:
-        """Let time pass until a standard packet has come, and tell what is known then."""
+        """Let time pass until a standard packet has come, and return what is known then."""
         while True:
             frames = self._decoder.feed(self.firmware.advance(CYCLE / 5))
             for frame in frames:
@@ -70,7 +67,7 @@ class SimulatedRobot:
         return Snapshot(now, 0.0, Pose(*self._odometry.pose), ranges, self.shape, grip, lift)
 
     def _reported(self, reading: GripperReading) -> Tuple[Grip, Lift]:
-        """The gripper as gripper_state would tell of it."""
+        """Return the gripper as gripper_state would report it."""
         paddles = (GripStatus.OPEN if reading.paddles_open else
                    GripStatus.CLOSED if reading.paddles_closed else GripStatus.BETWEEN)
         state = GripStatus.MOVING if reading.paddles_moving else paddles

@@ -63,7 +63,7 @@ class Driver:
 
 
 class Herd:
-    """Robots with their drivers. Only what the robots do counts."""
+    """Robots with their drivers. Only the time of the robots counts."""
 
     def __init__(self, robots: Simulation):
         self.robots = robots
@@ -72,7 +72,7 @@ class Herd:
             robot.receive(OPEN)
 
     def drive(self, seconds: float) -> float:
-        """Live for some simulated seconds; how many of the processor's the robots took."""
+        """Let some simulated seconds pass. Returns the processor time (s) of the robots."""
         spent = 0.0
         commands = [GO] * len(self._drivers)
         for _ in range(round(seconds * 10)):
@@ -86,7 +86,8 @@ class Herd:
 
 
 def floor(count: int, rng: random.Random, spacing: float = 2.0) -> World:
-    """A square floor of `count` walls: four round it, and inside one of 1 to 2 m for every 4 square metres."""
+    """Return a square floor with `count` walls: four around it, and inside one of 1 to 2 m for every 4 square metres.
+    """
     side = spacing * math.sqrt(count)
     walls = [(0.0, 0.0, side, 0.0), (side, 0.0, side, side), (side, side, 0.0, side), (0.0, side, 0.0, 0.0)]
     while len(walls) < count:
@@ -97,7 +98,7 @@ def floor(count: int, rng: random.Random, spacing: float = 2.0) -> World:
 
 
 def herd(world: World, count: int, rng: random.Random, **options) -> Herd:
-    """So many robots at random places of a world."""
+    """Return so many robots at random places of a world."""
     robots = Simulation(world)
     low_x, low_y, high_x, high_y = world.bounds
     while len(robots.robots) < count:
@@ -110,7 +111,7 @@ def herd(world: World, count: int, rng: random.Random, **options) -> Herd:
 
 
 def spread(values: Sequence[float], form: str) -> str:
-    """The median, and the least and greatest."""
+    """Return the median, and the least and greatest value."""
     return "%s (%s to %s)" % tuple(format(value, form)
                                    for value in (statistics.median(values), min(values), max(values)))
 
@@ -121,12 +122,12 @@ def table(*head: str) -> None:
 
 
 def row(*cells: str) -> None:
-    """One row of it."""
+    """Print one row of it."""
     print("| " + " | ".join(cells) + " |", flush=True)
 
 
 def alone(seconds: float, runs: int) -> None:
-    """One robot in each world of the gallery."""
+    """Measure one robot in each world of the gallery."""
     table("world", "simulated seconds per second of the processor", "processor seconds a minute", "contacts")
     for name in known_worlds():
         robots = Simulation(load_world(name))
@@ -139,7 +140,7 @@ def alone(seconds: float, runs: int) -> None:
 
 
 def crowd(seconds: float, runs: int) -> None:
-    """One to five hundred robots in the same world."""
+    """Measure one to five hundred robots in the same world."""
     table("robots", "processor ms for a robot and simulated second", "processor seconds for a robot and minute",
           "vendor's", "robots per core")
     for count in CROWDS:
@@ -154,7 +155,7 @@ def crowd(seconds: float, runs: int) -> None:
 
 
 def worlds(seconds: float, runs: int) -> None:
-    """Three robots in worlds of ten to a hundred thousand walls."""
+    """Measure three robots in worlds of ten to a hundred thousand walls."""
     table("walls", "processor ms for a robot and simulated second", "to make the world (s)")
     for count in SIZES:
         begin = time.process_time()
@@ -199,12 +200,12 @@ class Client:
         self.driver = Driver()
 
     def serve(self) -> None:
-        """Answer what has come."""
+        """Answer the packets that have come."""
         self.socket.sendall(self.driver.answer(self.socket.recv(4096)))
 
 
 def served(seconds: float, runs: int) -> None:
-    """Robots in real time, each with a client that answers every SIP."""
+    """Measure robots in real time, each with a client that answers every SIP."""
     table("robots", "processor ms for a robot and second, all of the server's", "robots per core", "of real time",
           "SIPs of those due", "memory (MB)")
     for count in CROWDS:
@@ -223,7 +224,7 @@ def served(seconds: float, runs: int) -> None:
 
 
 def _served_run(server: subprocess.Popen, clients: List[Client], seconds: float):
-    """Processor time of the server, simulated time and SIPs in some real seconds, and its memory (MB)."""
+    """Return processor time of the server, simulated time and SIPs in some real seconds, and its memory (MB)."""
     def ask():
         server.stdin.write("\n")
         server.stdin.flush()

@@ -91,7 +91,7 @@ FAULTS: Dict[str, Callable[[Rig], None]] = {
 
 
 class Day:
-    """A user who drives, and the faults of that day."""
+    """A user who drives all day, and the faults of that day."""
 
     def __init__(self, seed: int, baud: Optional[int]) -> None:
         self.rig = Rig(baud=(baud, baud) if baud else None, seed=seed)
@@ -140,7 +140,7 @@ def resident_kb(process: int) -> int:
 
 
 def grown(values: List[int]) -> bool:
-    """Whether the last values exceed those after the first tenth."""
+    """Return whether the last values exceed those after the first tenth."""
     begin = len(values) // 10
     return max(values[-max(1, len(values) // 10):]) > GROWTH * max(values[begin:begin + max(1, len(values) // 5)])
 
@@ -175,7 +175,7 @@ def soak(hours: float, seed: int, baud: Optional[int]) -> int:
 # Real time, real nodes
 
 class Node(NamedTuple):
-    """A process that the soak watches."""
+    """A process that the soak observes."""
 
     name: str
     process: subprocess.Popen

@@ -83,7 +83,7 @@ RULES = {"ours": our_rule, "original": original_rule}
 
 
 class Run(NamedTuple):
-    """What became of one robot in one world."""
+    """The result of one robot in one world."""
 
     setup: str
     rule: str

@@ -31,7 +31,7 @@ class Tool(NamedTuple):
 
 
 class Finding(NamedTuple):
-    """Something to mend: file (from the root of the repository), line, what."""
+    """One problem that a tool found: the file (path from the root of the repository), the line, and the message."""
 
     file: str
     place: str
@@ -39,12 +39,12 @@ class Finding(NamedTuple):
 
 
 def python_files(*folders: str) -> List[pathlib.Path]:
-    """The Python files below some folders."""
+    """Return the Python files in some folders."""
     return sorted(path for folder in folders for path in (ROOT / folder).rglob("*.py"))
 
 
 def tools() -> Dict[str, Tool]:
-    """Both checkers, by name."""
+    """Return both checkers, by name."""
     nodes = sorted(path for path in (ROOT / "nodes").iterdir() if path.is_file())
     return {
         "mypy": Tool(["--warn-unused-configs", "--no-error-summary", "--hide-error-context"], python_files("src"),
@@ -55,7 +55,7 @@ def tools() -> Dict[str, Tool]:
 
 
 def read(output: str) -> Iterator[Finding]:
-    """The findings in what a tool printed."""
+    """Return the findings in the output of a tool."""
     for line in output.splitlines():
         if line.startswith("Warning: "):        # of mypy: a section of setup.cfg that is for no file
             yield Finding("setup.cfg", "0", line)
@@ -65,7 +65,7 @@ def read(output: str) -> Iterator[Finding]:
 
 
 def ignores_of(path: pathlib.Path, pattern: str) -> Iterator[Finding]:
-    """The comments of a file in which an ignore begins."""
+    """Return the comments of a file in which an ignore begins."""
     with tokenize.open(str(path)) as file:
         for token in tokenize.generate_tokens(file.readline):
             match = re.search(pattern, token.string) if token.type == tokenize.COMMENT else None
@@ -74,7 +74,7 @@ def ignores_of(path: pathlib.Path, pattern: str) -> Iterator[Finding]:
 
 
 def report(files: Sequence[str], findings: Sequence[Finding], ignores: int) -> ElementTree.ElementTree:
-    """JUnit's form of it."""
+    """Return the findings as the text of a JUnit file."""
     suite = ElementTree.Element("testsuite")
     ElementTree.SubElement(ElementTree.SubElement(suite, "properties"), "property", name="ignores", value=str(ignores))
     found = {finding.file for finding in findings}
@@ -89,7 +89,7 @@ def report(files: Sequence[str], findings: Sequence[Finding], ignores: int) -> E
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Exit status: 0 without a finding, 1 with some, 2 when the tool did not do its work."""
+    """Run one tool. Returns the exit status: 0 without findings, 1 with findings, 2 when the tool did not work."""
     name, target = arguments
     tool = tools()[name]
     files = [path.relative_to(ROOT).as_posix() for path in tool.files]

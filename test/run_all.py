@@ -1,10 +1,10 @@
-"""Runs every suite of tests, side by side where that disturbs none, and leaves the results that `summary.py` adds up.
+"""Runs every suite of tests, side by side where no suite disturbs another. `summary.py` adds up the results.
 
     run_all.py SOURCE RESULTS LOGS
 
-`./pioneer test` calls this in a built workspace. Each suite gets a folder ``RESULTS/KIND/NAME`` for its JUnit files
-and its ``status``, and all that it prints goes to ``LOGS/KIND-NAME.log``. A suite that takes longer than its limit is
-ended. SIGINT, SIGTERM and SIGHUP end all suites in order, and then this program.
+`./pioneer test` calls this in a built workspace. Each suite gets a folder ``RESULTS/KIND/NAME`` for its JUnit files and
+its ``status``. Its output goes to ``LOGS/KIND-NAME.log``. A suite that takes longer than its limit is ended. SIGINT,
+SIGTERM and SIGHUP end all suites in order, and then this program.
 """
 
 import contextlib
@@ -33,7 +33,7 @@ PROGRESS = re.compile(r"[.FEsxX]+ *\[ *\d+%\]")
 
 
 class Suite(NamedTuple):
-    """Tests that one program runs: the command, and where in RESULTS it leaves its JUnit files."""
+    """Tests that one program runs: its command, and the folder in RESULTS for its JUnit files."""
 
     kind: str
     name: str
@@ -42,7 +42,8 @@ class Suite(NamedTuple):
 
 
 class Stage(NamedTuple):
-    """Suites that may run side by side, at most some at once. One stage begins when the one before has ended."""
+    """Suites that may run side by side, with a limit to their number. A stage begins when the previous stage has ended.
+    """
 
     title: str
     suites: List[Suite]
@@ -50,7 +51,9 @@ class Stage(NamedTuple):
 
 
 def stages(source: pathlib.Path, results: pathlib.Path, cores: int) -> List[Stage]:
-    """All tests. Those that compute have the processors for themselves; of those that mostly wait, each takes two."""
+    """Return all tests. Suites that compute have the processors for themselves. Of suites that mostly wait, two run on
+    each processor.
+    """
     tests = sorted((source / "test" / "rostest").glob("*.test"))
     tests.sort(key=lambda path: LONGEST_FIRST.index(path.stem) if path.stem in LONGEST_FIRST else len(LONGEST_FIRST))
     return [
@@ -63,7 +66,7 @@ def stages(source: pathlib.Path, results: pathlib.Path, cores: int) -> List[Stag
 
 
 def pytest_suite(kind: str, results: pathlib.Path, workers: int) -> Suite:
-    """The tests of one folder, by pytest."""
+    """Return the suite of one folder, run by pytest."""
     report = results / kind / "pytest" / "pytest.xml"
     return Suite(kind, "pytest", [
         sys.executable, "-m", "pytest", "-q", "--no-header", "--continue-on-collection-errors", "-p",
@@ -72,19 +75,19 @@ def pytest_suite(kind: str, results: pathlib.Path, workers: int) -> Suite:
 
 
 def rostest_suite(path: pathlib.Path, results: pathlib.Path) -> Suite:
-    """One .test file. rostest gives it a master of its own."""
+    """Return the suite of one .test file. rostest gives it a master of its own."""
     environment = {"ROS_TEST_RESULTS_DIR": str(results / "rostest" / path.stem)}
     return Suite("rostest", path.stem, ["rostest", str(path)], environment)
 
 
 def check_suite(tool: str, results: pathlib.Path) -> Suite:
-    """All code, read by mypy or flake8."""
+    """Return the suite that checks all code with mypy or flake8."""
     report = results / tool / tool / "findings.xml"
     return Suite(tool, tool, [sys.executable, "test/check_code.py", tool, str(report)])
 
 
 class Running:
-    """A suite at work, in a process group of its own."""
+    """A suite that runs, in a process group of its own."""
 
     def __init__(self, suite: Suite, results: pathlib.Path, logs: pathlib.Path):
         self.suite = suite
@@ -99,7 +102,7 @@ class Running:
 
     @property
     def ended(self) -> bool:
-        """Whether its program has ended."""
+        """Return whether its program has ended."""
         return self._process.poll() is not None
 
     def interrupt(self) -> None:
@@ -108,7 +111,7 @@ class Running:
             os.killpg(self._process.pid, signal.SIGINT)
 
     def end(self) -> None:
-        """Wait some time for the end of an interrupted one; kill what is left of it."""
+        """Wait some time for the end of an interrupted suite, and kill what is left of it."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(GRACE)
         with contextlib.suppress(ProcessLookupError):
@@ -116,7 +119,7 @@ class Running:
         self._process.wait()
 
     def settle(self, status: str) -> None:
-        """Note how it ended, and say so."""
+        """Write down how it ended, and print it."""
         (self._folder / "status").write_text(status + "\n")
         good = status == "0"
         name = self.suite.name if self.suite.kind == "rostest" else self.suite.kind
@@ -128,7 +131,7 @@ class Running:
             print("    all of its output: %s" % self.log, flush=True)
 
     def look(self, limit: float) -> bool:
-        """Whether it is over, by itself or because its time is up."""
+        """Return whether it is over: it has ended, or its time is up."""
         if self.ended:
             self.settle(str(self._process.returncode))
         elif time.monotonic() - self.began > limit:
@@ -141,7 +144,7 @@ class Running:
 
 
 class Interruption:
-    """Whether a signal came that is to end everything."""
+    """Whether a signal has come that must end everything."""
 
     def __init__(self) -> None:
         self.signal_name = ""
@@ -157,7 +160,7 @@ class Interruption:
 
 def run(stage: Stage, results: pathlib.Path, logs: pathlib.Path, interruption: Interruption,
         limit: float = LIMIT) -> None:
-    """Run the suites of a stage to their end, or to the interruption."""
+    """Run the suites of a stage to their end, or until an interruption."""
     print("\n%s" % stage.title, flush=True)
     waiting, running = list(stage.suites), []   # type: List[Suite], List[Running]
     while (waiting or running) and not interruption:
@@ -172,7 +175,7 @@ def run(stage: Stage, results: pathlib.Path, logs: pathlib.Path, interruption: I
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Exit status: 0 when all ran to their end, however they ended."""
+    """Run all stages. Returns the exit status: 0 when all suites ran to their end, whatever their results are."""
     source, results, logs = map(pathlib.Path, arguments)
     interruption = Interruption()
     for stage in stages(source, results, len(os.sched_getaffinity(0))):

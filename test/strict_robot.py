@@ -32,7 +32,7 @@ CONFIG = p2os.encode_packet(p2os.Config("Pioneer", "p3dx-sh", "SIM", 0, 9999, 99
 
 
 def sip(x_mm=0.0, motors=False, speed_mm_s=0):
-    """A SIP of a robot on the x axis, with no sonar reading in it."""
+    """Return a SIP of a robot on the x axis, without sonar readings."""
     return p2os.Sip(
         type_id=p2os.STOPPED, x_counts=round(x_mm) % p2os.COUNT_RANGE, y_counts=0, heading_units=0,
         left_velocity_units=speed_mm_s,
@@ -64,7 +64,7 @@ class StrictRobot:
         self.new_connection(0.0)
 
     def new_connection(self, now):
-        """Wait for SYNC0, whatever was before."""
+        """Wait for SYNC0, whatever happened before."""
         self.open, self.dead, self.motors = False, False, False
         self.speed_mm_s, self.x_mm = 0, 0.0
         self._next, self._packets, self._began = 0, 0, None
@@ -74,7 +74,7 @@ class StrictRobot:
 
     @property
     def moving(self):
-        """Whether its wheels turn. No watchdog stops it: the vendor's simulator only warns."""
+        """Whether its wheels turn. No watchdog stops them: the vendor's simulator only warns."""
         return self.open and self.motors and self.speed_mm_s != 0
 
     def receive(self, data, now):
@@ -91,7 +91,7 @@ class StrictRobot:
                 self._step(frame.id, now)
 
     def advance(self, now):
-        """What the robot has sent up to now."""
+        """Return what the robot has sent up to now."""
         if not self.open and self._began is not None and now - self._began >= LONGEST:
             self._hang_up(now)
         while self.open and now >= self._sip_at:
@@ -102,7 +102,7 @@ class StrictRobot:
         return sent
 
     def _step(self, number, now):
-        """One packet of a handshake."""
+        """Take one packet of a handshake."""
         self._packets += 1
         self._began = now if self._began is None else self._began
         if number == 2 and self.dead:
@@ -181,7 +181,7 @@ class StrictServer:
         self.switch_off()
 
     def switch_off(self):
-        """Connections break, and the port is gone. May be called twice."""
+        """Break all connections, and remove the port. May be called twice."""
         if self._stop.is_set():
             return
         self._stop.set()
@@ -206,7 +206,7 @@ class StrictServer:
         self._serve(self._master, until_hang_up=False)
 
     def _serve(self, descriptor, until_hang_up):
-        """Let the robot live on a line, until the client is gone, or the robot hangs up."""
+        """Run the robot on a line until the client is gone, or the robot hangs up."""
         with self.lock:
             self.robot.new_connection(time.monotonic())
             hang_ups = self.robot.hang_ups
@@ -231,7 +231,7 @@ class StrictServer:
 
 
 def _write(descriptor, data):
-    """Write what the line takes; the rest is lost, as on a serial line that nobody reads."""
+    """Write what the line takes. The rest is lost, as on a serial line that nobody reads."""
     try:
         os.write(descriptor, data)
     except BlockingIOError:

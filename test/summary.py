@@ -23,10 +23,11 @@ class Timing(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What came of some tests: how many passed and were skipped, a name for each that failed, and how long each took.
+    """The results of some tests: how many passed and were skipped, a name for each failure, and how long each test
+    took.
 
-    Of the checkers, a file without a finding has passed and a finding has failed; ``ignores`` counts what they were
-    told to overlook.
+    For the checkers, a file without findings is a pass and each finding is a failure. ``ignores`` counts what they were
+    told to ignore.
     """
 
     passed: int
@@ -37,7 +38,7 @@ class Outcome(NamedTuple):
 
 
 def suite_outcome(suite: pathlib.Path) -> Outcome:
-    """The outcome of one suite's folder."""
+    """Return the outcome of one suite's folder."""
     passed, failed, skipped, timings, ignores = 0, [], 0, [], 0
     # rostest writes the results of a node once more in its own rostest-*.xml.
     for report in sorted(path for path in suite.glob("**/*.xml") if not path.name.startswith("rostest-")):
@@ -66,7 +67,7 @@ def suite_outcome(suite: pathlib.Path) -> Outcome:
 
 
 def kind_outcome(kind: pathlib.Path) -> Outcome:
-    """The outcome of all suites of one kind."""
+    """Return the outcome of all suites of one kind."""
     suites = [suite_outcome(folder) for folder in sorted(kind.glob("*")) if folder.is_dir()]
     return Outcome(sum(suite.passed for suite in suites),
                    [name for suite in suites for name in suite.failed] if suites else ["tests: none was found"],
@@ -76,7 +77,7 @@ def kind_outcome(kind: pathlib.Path) -> Outcome:
 
 
 def main(results: str) -> int:
-    """Print the summary of a folder of results; the exit status: 0 when every test passed."""
+    """Print the summary of a folder of results. Returns the exit status: 0 when every test passed."""
     outcomes = {kind: kind_outcome(pathlib.Path(results) / kind) for kind in KINDS}
     for kind, outcome in outcomes.items():
         for name in outcome.failed:

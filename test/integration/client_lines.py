@@ -1,4 +1,4 @@
-"""Lines between client and simulator that a test can spoil, cut, splice and unplug."""
+"""Lines between client and simulator. A test can spoil, cut, splice and unplug them."""
 
 import os
 import random
@@ -9,8 +9,8 @@ import tty
 
 
 class SpoiltLine:
-    """A TCP relay to ``port``: spoils a share of the pieces that pass either way,
-    and drops its connections on request.
+    """A TCP relay to ``port``. It spoils a share of the pieces in both directions, and drops its connections on
+    request.
     """
 
     def __init__(self, port, spoil=0.0, seed=1):
@@ -36,7 +36,7 @@ class SpoiltLine:
         self.cut()
 
     def cut(self):
-        """Break every connection, as a pulled cable: nobody says goodbye."""
+        """Break every connection without a farewell, as a pulled cable does."""
         while self._sockets:
             end = self._sockets.pop()
             try:
@@ -100,7 +100,7 @@ class Adapter:
         os.close(self._slave)
 
     def unplug(self):
-        """The terminal is gone, and so is the way to the robot."""
+        """Remove the terminal and close its connection to the robot."""
         self._plugged = False
         self._thread.join()
 

@@ -1,4 +1,4 @@
-"""Waiting for a condition where time is real: never for a time, for no machine is too slow."""
+"""Waiting in real time. Tests wait for a condition, never for a fixed time, so they also pass on a slow machine."""
 
 import time
 
@@ -6,7 +6,8 @@ LIMIT = 30.0        # s: generous; nothing waits that long
 
 
 def until(condition, what):
-    """Wait until ``condition()`` is true, and return its value; AssertionError that says what did not happen."""
+    """Wait until ``condition()`` is true, and return its value. Raises AssertionError that names what did not happen.
+    """
     end = time.monotonic() + LIMIT
     while True:
         value = condition()

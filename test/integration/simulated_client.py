@@ -19,11 +19,12 @@ LIMIT = 60.0        # simulated s that nothing takes
 
 
 class Life:
-    """A client and a robot, and what befalls them.
+    """A client and a robot, and all that happens to them.
 
-    ``script`` is a generator function of this life. It begins with the client, yields the seconds to wait next, and
-    acts in between; at its end the client is closed. All that they say is in ``states`` and ``events``, and in its
-    order in ``told``; ``plugged`` is False while the port is gone, ``carries`` while its cable ends in the air.
+    ``script`` is a generator function that gets this object. It begins together with the client, yields the seconds to
+    wait, and acts in between. When it ends, the client is closed. ``states`` and ``events`` have all that the listeners
+    were told, and ``told`` has both in order. ``plugged`` is False while the port does not exist. ``carries`` is False
+    while nothing gets through the cable.
     """
 
     def __init__(self, monkeypatch, script, firmware=None, url="/dev/robot", on_write=lambda data: None, **settings):
@@ -42,18 +43,18 @@ class Life:
         self.robot._link.run()      # what its threads do, in this one
 
     def of(self, kind):
-        """The events of a kind, oldest first."""
+        """Return the events of a type, oldest first."""
         return [event for event in self.events if isinstance(event, kind)]
 
     def until(self, condition, limit=LIMIT):
-        """For a script: wait until a condition holds."""
+        """Wait until a condition holds. For use in a script."""
         end = self.now + limit
         while not condition():
             assert self.now < end, "not within %g s: %s" % (limit, self.events[-5:])
             yield STEP
 
     def pass_time(self, seconds):
-        """What the robot sends meanwhile."""
+        """Let time pass. Returns what the robot sent."""
         self.now += seconds
         sent = self.firmware.advance(seconds)
         if self._script is not None and self.now >= self._resume_at - STEP / 2:
@@ -79,7 +80,7 @@ class Life:
 
 
 class Line:
-    """The Transport to it. Waiting on it makes time pass."""
+    """The client's Transport to the robot. Time passes while the client waits on it."""
 
     def __init__(self, life, url, baud):
         self.url, self.baud = url, baud

@@ -1,4 +1,5 @@
-"""A session and a simulated robot in one simulated time: no thread, no clock, a line that loses nothing."""
+"""A session and a simulated robot in one simulated time. There is no thread and no clock, and the line loses nothing.
+"""
 
 from pioneer_control.client.session import Session
 from pioneer_control.client.settings import Settings
@@ -12,7 +13,9 @@ LIMIT = 60.0        # simulated s that nothing takes
 
 
 class Rig:
-    """Ready, with motors on unless told otherwise; ``firmware`` is the robot, ``session`` the computer's side."""
+    """A session that is ready, with motors on unless the test wants them off. ``firmware`` is the robot, ``session`` is
+    the client.
+    """
 
     def __init__(self, subtype="p3dx-sh", world=None, pose=None, motors=True, **settings):
         self.firmware = Firmware(find_model(subtype), world or load_world("empty"), pose)
@@ -43,12 +46,12 @@ class Rig:
                 self.events.append(event)
 
     def run(self, seconds, command=lambda: None):
-        """Let time pass, giving a command before every step."""
+        """Let time pass, and give a command before every step."""
         end = self.now + seconds - STEP / 2
         self.until(lambda: self.now >= end, command)
 
     def until(self, condition, command=lambda: None):
-        """Seconds until a condition holds; a command is given before every step."""
+        """Return the seconds until a condition holds. A command is given before every step."""
         start = self.now
         while not condition():
             assert self.now - start < LIMIT, "not within %g s" % LIMIT
@@ -57,15 +60,15 @@ class Rig:
         return self.now - start
 
     def of(self, kind):
-        """The events of a kind, oldest first."""
+        """Return the events of a type, oldest first."""
         return [event for event in self.events if isinstance(event, kind)]
 
     def velocity(self, linear, angular):
-        """A command for run() and until()."""
+        """Return a velocity command for run() and until()."""
         return lambda: self.drive.set_velocity(linear, angular, self.now)
 
     def wheels(self, left, right):
-        """Likewise."""
+        """Return a command of wheel velocities for run() and until()."""
         return lambda: self.drive.set_wheel_velocities(left, right, self.now)
 
     def _act(self):

@@ -1,6 +1,4 @@
-"""``python3 -m pioneer_control.client PORT`` as a person runs it:
-what it prints, how it ends, and that nothing ever moves.
-"""
+"""``python3 -m pioneer_control.client PORT`` as a user runs it: what it prints and how it ends. Nothing ever moves."""
 
 import os
 import signal
@@ -26,7 +24,7 @@ MOTION = {"VEL", "RVEL", "VEL2", "MOVE", "ROTATE", "HEAD", "DHEAD", "DCHEAD"}
 
 
 class Recorder(Firmware):
-    """A simulated robot that remembers what it was told."""
+    """A simulated robot that remembers the commands it got."""
 
     def __init__(self, *arguments, **options):
         super().__init__(*arguments, **options)

@@ -1,4 +1,6 @@
-"""What befalls a client at the worst moment: each in simulated time, and at every step of what it disturbs."""
+"""Bad things happen to a client at the worst moment. All tests run in simulated time, and try every step of a
+procedure.
+"""
 
 import itertools
 
@@ -27,14 +29,14 @@ def robot(subtype):
 # The line breaks while its speed changes
 
 def pull_the_port(life, seconds):
-    """As a USB adapter: the computer knows at once."""
+    """Pull a USB adapter: the computer notices at once."""
     life.plugged = False
     yield seconds
     life.plugged = True
 
 
 def pull_the_plug(life, seconds):
-    """At the robot's end: nothing comes any more, and nobody says why."""
+    """Pull the cable at the robot: no packets come any more, and the computer gets no error."""
     life.carries = False
     yield seconds
     life.carries = True
@@ -87,7 +89,7 @@ def test_a_line_that_breaks_each_time_its_speed_changes_is_left_at_its_own_and_t
 
 
 def test_breaks_long_apart_are_chance(monkeypatch):
-    """Each time the line had worked at the new speed in between."""
+    """Between two breaks the line works at the new speed."""
     def break_it(data):
         if data == HOSTBAUD and next(breaks):
             life.plugged = False
@@ -182,7 +184,7 @@ def test_another_model_after_a_reconnect_is_all_of_it_another(monkeypatch, first
 # Flags that flicker
 
 def flicker(life, befall, seconds):
-    """... with every SIP, while somebody commands, and asks for the motors again and again."""
+    """Change the flags with every SIP, while a user commands velocities and asks for the motors again and again."""
     waits, refused = [], []
     for tenths in range(round(seconds * 10)):
         befall(life.firmware, bool(tenths % 2))

@@ -1,5 +1,5 @@
-"""How long it takes from the moment a line is good again until the next pose:
-a session with the real pauses between attempts, in simulated time.
+"""How long it takes until the next pose after a bad line is good again: a session with the real pauses between
+attempts, in simulated time.
 """
 
 import sys
@@ -19,7 +19,7 @@ LASTED = 20.0       # s
 
 
 def two_bits_flipped(rig):
-    """In every packet, either way."""
+    """Flip two bits of every packet, in both directions."""
     def flip(packet):
         spoilt = bytearray(packet)
         for bit in rig.chance.sample(range(8 * len(packet)), 2):
@@ -43,7 +43,7 @@ def cable_pulled_from_the_robot(rig):
 
 
 def switched_off(rig):
-    """And on again when the line is mended: then it boots."""
+    """Switch the robot off. It boots when the line is mended."""
     cable_pulled_from_the_robot(rig)
     mend = rig.mend
     rig.mend = lambda: (mend(), rig.firmware.power_cycle())

@@ -1,5 +1,5 @@
-"""A driver is killed while the robot drives, and started again on a line that loses packets:
-what does the robot do until it is closed?
+"""A driver is killed while the robot drives, and started again on a line that loses packets. The tests check how far
+the robot moves until it is closed.
 """
 
 import sys
@@ -30,7 +30,7 @@ OLDEST_FIRST = [next(subtype for subtype, model in MODELS if model.firmware_fami
 @pytest.mark.parametrize("subtype", OLDEST_FIRST)
 @pytest.mark.parametrize("share", [0.0, 0.2])
 def test_a_waiting_robot_of_any_age_is_connected(subtype, baud, share):
-    """One model of each firmware, from PSOS on, by what is said to it; at the first try, where nothing gets lost."""
+    """One model of each firmware family, from PSOS on. On a line that loses nothing, the first attempt connects."""
     rig = Rig(Firmware(find_model(subtype), World("floor"), (0.0, 0.0, 0.0)), baud=baud and (baud, baud))
     rig.to_robot.fault = rig.to_client.fault = lambda packet: (packet,) if rig.chance.random() >= share else ()
     heard = []
@@ -53,7 +53,7 @@ def test_a_robot_left_open_is_connected_within_two_seconds(baud):
 
 
 def moves_after_a_restart(seed, share, baud):
-    """m that the robot goes, from the start of a new driver on."""
+    """Return how far (m) the robot moves after a new driver has started."""
     rig = Rig(seed=seed, baud=baud and (baud, baud))
     rig.run_until(lambda: rig.ready)
     rig.switch_motors_on()
@@ -80,9 +80,8 @@ def moves_after_a_restart(seed, share, baud):
     (None, 0.5, 8, 0.06),
 ])
 def test_a_robot_left_open_does_not_stir_at_a_restart(baud, share, may_stir, farthest):
-    """On a serial line that loses 50 %, one start of thousands cannot be helped.
-
-    No packet tells of the robot, no CLOSE reaches it, and the SYNC0 behind them does reach it. TCP itself loses
+    """On a serial line that loses 50 % of the packets, one start of thousands moves the robot, and nobody can prevent
+    that: no packet from the robot comes through, no CLOSE reaches it, but the SYNC0 behind them does. TCP itself loses
     nothing. Behind a radio that loses packets, SYNC0 is the first packet to a robot that was not heard.
     """
     moved = [moves_after_a_restart(seed, share, baud) for seed in range(STARTS)]

@@ -127,7 +127,9 @@ def test_when_both_threads_fail_the_robot_is_stopped_and_nobody_waits_for_them(s
 
 @pytest.mark.parametrize("at", ["before the write", "after it"])
 def test_a_signal_handler_that_closes_in_the_midst_of_a_command_has_the_last_word(server, at):
-    """The handler runs on the thread that gives the command, which goes on when the robot is stopped and closed."""
+    """The handler runs on the thread that gives the command. When the handler returns, that thread goes on, although
+    the robot is already stopped and closed.
+    """
     with Robot(server.url, command_timeout=10 * LIMIT) as robot:
         robot.enable_motors()
         transport, written = robot._link.connection.transport, []
@@ -150,8 +152,8 @@ def test_a_signal_handler_that_closes_in_the_midst_of_a_command_has_the_last_wor
 
 
 def test_nothing_is_written_to_a_line_that_is_closed(server, monkeypatch):
-    """Its descriptor may be another file's by then, or the next connection's:
-    those would be the first bytes that a waiting robot hears.
+    """By then the descriptor may belong to another file, or to the next connection. There the bytes would be the first
+    that a waiting robot hears.
     """
     monkeypatch.setattr(threads, "BACK_OFF", 10 * LIMIT)
     events, written = [], []
@@ -173,7 +175,7 @@ def test_nothing_is_written_to_a_line_that_is_closed(server, monkeypatch):
 
 
 class Hang:
-    """A listener that hangs from a moment on, until the test lets it go."""
+    """A listener that does not return until the test lets it."""
 
     def __init__(self, begins):
         self._begins = begins
@@ -203,7 +205,7 @@ def hang():
 
 
 def heard_by(server):
-    """A list that has what the robot hears from now on."""
+    """Return a list that gets all packets that the robot hears from now on."""
     told, take = [], server.firmware.receive
     server.firmware.receive = lambda data: (told.append(data), take(data))
     return told
@@ -290,7 +292,9 @@ def test_listeners_are_called_in_order_and_one_at_a_time(server):
 
 
 def test_both_threads_take_turns(server):
-    """While a listener takes long the other thread takes the port. It keeps it, and so it tells what comes then."""
+    """While a listener takes long, the other thread takes the port. It keeps the port, so it also tells the events that
+    come then.
+    """
     names = set()
 
     def listener(state):
@@ -577,7 +581,7 @@ def test_a_write_that_fails_is_told_and_ends_the_link(server, by):
 
 
 def test_a_line_that_is_found_dead_between_two_reads_is_connected_again(server):
-    """A command writes to a line that takes nothing while no thread reads it."""
+    """A command writes to a line that takes no bytes, while no thread reads from it."""
     robot = Robot(server.url, reconnect=True)
     with robot:
         link, keep, broken = robot._link, robot._link._serve, threading.Event()

@@ -1,6 +1,4 @@
-"""Robot against the simulated robot over a serial line that has a speed,
-and a port that is another one after a while.
-"""
+"""Robot against the simulated robot over a serial line that has a speed, and whose port changes after a while."""
 
 import contextlib
 import dataclasses
@@ -21,7 +19,7 @@ from real_time import LIMIT, keep_commanding, until
 
 
 class Heard:
-    """A listener that keeps the events of one kind."""
+    """A listener that keeps the events of one type."""
 
     def __init__(self, kind):
         self._kind = kind
@@ -32,7 +30,9 @@ class Heard:
             self.events.append(event)
 
     def last(self, count=1):
-        """The newest event when there are so many: a listener hears of it a moment after it happened."""
+        """Wait until so many events have come, and return the newest. A listener hears of an event a moment after it
+        happened.
+        """
         until(lambda: len(self.events) >= count, "%d events" % count)
         return self.events[-1]
 
@@ -51,10 +51,7 @@ def server(tmp_path):
 
 @pytest.fixture
 def patience(monkeypatch):
-    """More time for the two ends to change than a robot needs.
-
-    A slow machine may take as long to read what came before.
-    """
+    """Give client and robot more time for the change of speed than a real robot needs. A slow machine may need it."""
     monkeypatch.setattr(host_baud, "SETTLE", 0.3)
     monkeypatch.setattr(host_baud, "ANSWER", 3.0)
     monkeypatch.setattr(host_baud, "TRIES", 1)
@@ -66,7 +63,7 @@ def drive(robot, far_enough):
 
 
 def garbled_at(server, baud):
-    """The line carries nothing any more while the robot is at this speed."""
+    """The line carries nothing while the robot uses this speed."""
     line, = server._lines
     write, read = line.write, line.read
     line.write = lambda data: write(bytes(len(data)) if line.baud == baud else data)

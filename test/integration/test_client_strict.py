@@ -28,7 +28,7 @@ with Robot(%r) as robot:
 
 @pytest.fixture(params=["tcp", "pty"])
 def switched_on(request, tmp_path):
-    """Switches the robot on; each time at the same address."""
+    """Switch the robot on, each time at the same address."""
     before = []
 
     def switch_on():
@@ -41,7 +41,7 @@ def switched_on(request, tmp_path):
 
 
 def clean(server):
-    """Whether no packet came too early, and nobody was hung up on."""
+    """Return whether no packet came too early, and the robot never hung up."""
     with server.lock:
         return not server.robot.echoes and server.robot.hang_ups == 0
 
@@ -127,7 +127,7 @@ def test_its_client_is_killed_and_started_again(switched_on):
 
 
 def test_a_robot_that_was_deaf_at_first_is_found_by_a_later_try(switched_on):
-    """Its packets wait for it: it reads all of them at once."""
+    """The packets wait for the robot. It reads all of them at once."""
     with switched_on() as server:
         server.robot.echoes.clear()
         robot = Robot(server.url, reconnect=True)
@@ -144,7 +144,9 @@ def test_a_robot_that_was_deaf_at_first_is_found_by_a_later_try(switched_on):
 @pytest.mark.parametrize("first",
                          ["FAFB03020002", "FAFB031D001D", "FAFB06043B0000043B", "FAFB060B3B00000B3B", "FAFB03000000"])
 def test_the_strict_robot_is_as_strict_as_measured(first):
-    """Protocol sheet 13, row by row; so that a client which speaks too early cannot pass."""
+    """Check each row of protocol sheet 13. If the robot were less strict, a client that sends too early could pass the
+    tests.
+    """
     robot = StrictRobot()
     robot.receive(bytes.fromhex(first), 0.0)
     answer = robot.advance(0.0)

@@ -1,10 +1,12 @@
-"""The fault matrix: a client's session drives a simulated robot over a line that is spoilt in every way there is,
-in simulated time.
+"""The fault matrix: a client's session drives a simulated robot over a line with every kind of fault, in simulated
+time.
 
-A row of FAULTS says what goes wrong, for how long, which task of the driver's diagnostics names it, how badly and in
-what words, and whether the link ends. Each is run twice: the user goes on commanding through the fault, or falls silent
-when it begins. What must hold in every step of every row is the Judge's in bench/faulty_link.py; what must hold before,
-between and afterwards is in test_the_matrix(): there no other task may name anything, and in the end all are OK.
+A row of FAULTS says what goes wrong and for how long, which diagnostics task must name it, at which level and in which
+words, and whether the link is lost. Each row runs twice: the user goes on commanding during the fault, or stops
+commanding when it begins.
+
+The Judge in bench/faulty_link.py checks every step of every row. test_the_matrix() checks what must hold before, during
+and after a fault: no other task reports a problem, and at the end all tasks are OK.
 """
 
 import itertools
@@ -34,13 +36,13 @@ BAUD_BOUND = 8.0        # s within which a robot at any line speed is ready
 # Spoilt packets
 
 def lose(share: float) -> Callable[[bytes], Sequence[bytes]]:
-    """This share of the packets is lost."""
+    """Lose this share of the packets."""
     chance = random.Random(1)
     return lambda packet: () if chance.random() < share else (packet,)
 
 
 class EachForm:
-    """Every second SIP arrives in the next of all its spoilt forms, in turn; ``count`` says how many."""
+    """Every second SIP arrives spoilt, each time in the next of all spoilt forms. ``count`` is the number of forms."""
 
     def __init__(self, forms: Callable[[bytes], Iterator[Sequence[bytes]]]) -> None:
         self.count = 0
@@ -61,14 +63,14 @@ class EachForm:
 
 
 def flipped_bits(packet):
-    """One bit wrong."""
+    """Return the packet with one bit wrong."""
     for at in range(len(packet)):
         for bit in range(8):
             yield (packet[:at] + bytes([packet[at] ^ 1 << bit]) + packet[at + 1:],)
 
 
 def junk_everywhere(packet):
-    """Bytes between the bytes, such as begin, end or look like a packet."""
+    """Return the packet with extra bytes in it, such as parts of other packets."""
     for junk in (b"\x00", b"\xFA", b"\xFA\xFB", b"\xFA\xFB\xFF", b"\xFA\xFB\x02", p2os.encode_frame(0x32, b"short"),
                  bytes(range(240, 256)) * 3):
         for at in range(len(packet) + 1):
@@ -76,7 +78,7 @@ def junk_everywhere(packet):
 
 
 def wrong_checksums(packet):
-    """The checksum swapped, off by one, zero, or that of another packet."""
+    """Return the packet with its checksum swapped, off by one, zero, or taken from another packet."""
     body, (high, low) = packet[:-2], packet[-2:]
     for wrong in ((low, high), (high, low ^ 1), (high ^ 1, low), (0, 0), (255, 255)):
         if wrong != (high, low):
@@ -84,7 +86,7 @@ def wrong_checksums(packet):
 
 
 def truncated(packet):
-    """Only its beginning, only its end, or a hole of one byte."""
+    """Return only the beginning or the end of the packet, or the packet without one byte."""
     for at in range(1, len(packet)):
         yield (packet[:at],)
         yield (packet[at:],)
@@ -92,14 +94,14 @@ def truncated(packet):
 
 
 def split(packet):
-    """In two pieces, and byte by byte."""
+    """Return the packet in two pieces, and byte by byte."""
     for at in range(1, len(packet)):
         yield (packet[:at], packet[at:])
     yield tuple(packet[at:at + 1] for at in range(len(packet)))
 
 
 def glue(count: int) -> Callable[[bytes], Sequence[bytes]]:
-    """So many SIPs are kept, with what comes between them, and come in one piece."""
+    """Keep so many SIPs and the packets between them, and send them in one piece."""
     kept: List[bytes] = []
 
     def fault(packet):
@@ -114,7 +116,7 @@ def glue(count: int) -> Callable[[bytes], Sequence[bytes]]:
 
 
 def noise(packet: bytes) -> Sequence[bytes]:
-    """Nothing of it is right."""
+    """Nothing arrives but noise."""
     return (bytes(byte ^ 0x5A for byte in packet),)
 
 
@@ -148,7 +150,7 @@ def nothing(rig):
 
 
 def late(befall, seconds):
-    """The same, where packets are late."""
+    """The same, but packets come late."""
     def wrapped(rig):
         rig.judge.late = seconds
         yield from befall(rig)
@@ -156,7 +158,7 @@ def late(befall, seconds):
 
 
 def just_after_a_report(befall):
-    """The same, begun when diagnostics were told just now: they come once a second."""
+    """The same, but the fault begins right after diagnostics were published, which happens once a second."""
     def wrapped(rig):
         said = rig.diagnosis.now
         rig.run_until(lambda: rig.diagnosis.now is not said)
@@ -165,7 +167,7 @@ def just_after_a_report(befall):
 
 
 def forms(generator):
-    """Until every spoilt form of a SIP has arrived once."""
+    """Wait until every spoilt form of a SIP has arrived once."""
     def befall(rig):
         each = rig.to_client.fault = EachForm(generator)
         rig.run_until(lambda: each.finished, limit=1000.0)
@@ -230,8 +232,8 @@ def flood_of_commands(rig):
 # How diagnostics name it
 
 class Told(NamedTuple):
-    """What a task must say, in message or values, while the fault lasts;
-    with ``driving`` only if the user goes on commanding.
+    """What a task must say in its message or values while the fault lasts. With ``driving``, only if the user goes on
+    commanding.
     """
 
     task: str
@@ -281,9 +283,9 @@ class Row(NamedTuple):
 
 
 def is_closed_first(way, seconds):
-    """Whether a robot that was not heard for so long takes a CLOSE before a SIP of it is heard again.
+    """Return whether a robot that was not heard for so long gets a CLOSE before it sends a SIP again.
 
-    It always does if it hears, and by chance if it does not.
+    It always does if it receives our packets. If it does not, it may happen by chance.
     """
     return way is on_the_way_back or seconds < 60.0
 
@@ -335,7 +337,7 @@ FAULTS = {
 
 
 def complaints(row, said, goes_on):
-    """What diagnostics should have said of a fault and did not, and what they said that is not so."""
+    """Return what diagnostics did not say about a fault although they should, and what they said wrongly."""
     missing = [told for told in row.told if (goes_on or not told.driving) and not any(
         (one.task, one.level) == told[:2] and re.search(told.words, one.message + "; " + one.values) for one in said)]
     worst = {told.task: told.level for told in row.told}
@@ -345,7 +347,7 @@ def complaints(row, said, goes_on):
 
 
 def well(rig):
-    """Whether all tasks are OK."""
+    """Return whether all tasks are OK."""
     return bool(rig.diagnosis.now) and all(said.level == Level.OK for said in rig.diagnosis.now)
 
 
@@ -423,8 +425,8 @@ def test_half_of_all_packets_lost_in_ten_other_ways(seed):
 
 @pytest.mark.parametrize("seed", range(40))
 def test_what_revives_a_robot_after_a_silence_is_a_stop_whatever_is_lost(seed):
-    """Every stop was lost, and the first packets that come through again, some lost,
-    find a robot that remembers its set points.
+    """Every stop was lost. Some of the first packets that get through again are lost, too. The robot still remembers
+    its set points.
     """
     rig = driving(Rig(seed=seed))
     rig.judge.lossy = True
@@ -440,12 +442,9 @@ def test_what_revives_a_robot_after_a_silence_is_a_stop_whatever_is_lost(seed):
 
 @pytest.mark.parametrize("baud, farthest", [(9600, 0.0), (None, 0.015)])
 def test_a_line_that_comes_back_at_any_moment_revives_nothing(baud, farthest):
-    """The robot is still open and remembers its set points.
-
-    On a serial line no packet of the handshake but CLOSE may be the first that it hears.
-
-    On TCP (a bridge whose other cable was out) a SYNC0 may be, and the SIP that answers it brings CLOSE at once.
-    ``farthest`` is in m and rad.
+    """The robot is still open and remembers its set points. On a serial line, CLOSE must be the first packet of the
+    handshake that it hears. On TCP (a bridge whose other cable was out) it may hear SYNC0 first. The SIP that answers
+    SYNC0 makes the client send CLOSE at once. ``farthest`` is in m and rad.
     """
     rig = driving(Rig(baud=baud and (baud, baud)))
     rig.judge.lossy = True
@@ -481,7 +480,7 @@ def test_a_robot_left_open_and_driving_by_a_killed_driver(baud, down_for):
 @pytest.mark.parametrize("robots", p2os.BAUD_RATES)
 @pytest.mark.parametrize("given", p2os.BAUD_RATES)
 def test_a_robot_at_any_line_speed_is_found_in_a_bounded_time(given, robots, left_open):
-    """Bytes at another speed than the receiver's arrive as so many others."""
+    """Bytes that were sent at another speed arrive as a different number of bytes."""
     rig = Rig(baud=(robots, robots) if left_open else (given, robots), seed=given + robots)
     if left_open:
         driving(rig)
@@ -562,7 +561,9 @@ def test_the_judge_sees(misdeed, said):
 
 
 def test_every_spoilt_form_is_one():
-    """None of them is what was sent, but for the pieces of a split one; and there are as many as their names say."""
+    """No form is equal to the packet that was sent, except the pieces of a split packet. There are as many forms as
+    their names say.
+    """
     sip = next(packets_in(p2os.encode_frame(p2os.STOPPED, bytes(range(60)))))
     for forms_of, count in ((flipped_bits, 8 * len(sip)), (junk_everywhere, 7 * (len(sip) + 1)),
                             (truncated, 3 * (len(sip) - 1)), (split, len(sip))):

@@ -1,5 +1,5 @@
-"""The client's odometry against what the simulated robot counted itself:
-equal to the last count, whatever wraps and whatever is lost.
+"""The client's odometry is equal to the counts of the simulated robot, to the last count, with wrapping counters and
+with lost packets.
 """
 
 import math
@@ -21,7 +21,7 @@ LOST_IN_A_ROW = 5
 
 
 class Drive:
-    """A session and a firmware in one simulated time, with packets lost in rows of five."""
+    """A session and a firmware in one simulated time. Packets get lost five in a row."""
 
     def __init__(self, subtype, seed):
         self.chance = random.Random(seed)
@@ -49,7 +49,7 @@ class Drive:
                 self._compare(event)
 
     def steer(self, x, y):
-        """One step towards a point of the robot's own frame (m)."""
+        """Steer one step towards a point in the robot's own frame (m)."""
         state = self.state
         towards = math.remainder(math.atan2(y - state.y, x - state.x) - state.heading, 2 * math.pi)
         self.session.connected.drive.set_velocity(

@@ -1,4 +1,4 @@
-"""The simulated robot behind a TCP port and behind a pseudo-terminal, as a bare socket and pyserial see it."""
+"""The simulated robot behind a TCP port and behind a pseudo-terminal. The tests use a bare socket and pyserial."""
 
 import contextlib
 import os
@@ -61,7 +61,7 @@ class Computer:
 
 
 def dial(place, buffer=None):
-    """A socket to a server, a line or a berth of a server."""
+    """Return a socket that is connected to a server, a line or a berth."""
     host, _, port = place.url[len("socket://"):].rpartition(":")
     line = socket.socket()
     line.settimeout(LIMIT)
@@ -91,7 +91,7 @@ def tcp_computer(server):
 
 
 def terminal_of(server, baud):
-    """The computer's end of the server's terminal, at this line speed."""
+    """Open the computer's end of the server's terminal at this line speed."""
     return serial.Serial(server.pty_link, baud, timeout=0.05)
 
 
@@ -103,13 +103,13 @@ def pty_computer(server):
 
 @pytest.fixture(params=[tcp_computer, pty_computer])
 def place(request, tmp_path):
-    """Where a server is to listen, and how to connect to it."""
+    """Return where a server is to listen, and how to connect to it."""
     return {"tcp": 0} if request.param is tcp_computer else {"pty": str(tmp_path / "robot")}, request.param
 
 
 @pytest.fixture
 def line(place):
-    """A server with one kind of line, and how to connect to it."""
+    """Return a server with one kind of line, and how to connect to it."""
     options, connect = place
     with Server(robot(), **options) as server:
         yield server, connect
@@ -200,9 +200,8 @@ def test_a_rude_client_leaves_the_robot_open_until_the_next_one_closes_it(line):
 
 
 def test_twenty_clients_in_a_row_over_tcp_rude_and_polite():
-    """A new client is answered as the first was, whatever the last one left behind, even a robot that drives.
-
-    A client that has said CLOSE may hold its socket.
+    """A new client gets the same answers as the first one, even when the previous client left the robot driving. A
+    client that has sent CLOSE may keep its socket open.
     """
     with Server(robot(), tcp=0, speed=10.0) as server, contextlib.ExitStack() as held:
         for count in range(20):
@@ -223,7 +222,7 @@ def test_twenty_clients_in_a_row_over_tcp_rude_and_polite():
 
 
 def packets_of(seconds):
-    """What a robot with everything asked for says in this time, packet by packet."""
+    """Return all packets that a robot sends in this time when all data are requested."""
     firmware = robot()
     for packet in [p2os.encode_frame(number) for number in (0, 1, 2, 1)] + [p2os.encode_command("IOREQUEST", 2)]:
         firmware.receive(packet)
@@ -375,7 +374,7 @@ def test_clients_that_follow_at_once_are_all_let_in():
 
 @pytest.fixture
 def three(tmp_path):
-    """A server of three robots, each at a TCP port and a pseudo-terminal."""
+    """Return a server of three robots, each at a TCP port and a pseudo-terminal."""
     simulation = Simulation(World("hall", starts=[(0.0, 3.0 * row, 0.0) for row in range(3)]))
     for number in range(3):
         simulation.add(find_model("p3dx-sh"), name="robot%d" % (number + 1))
@@ -424,7 +423,7 @@ def test_other_machines_only_when_asked():
 # -- the time of a serial line
 
 def test_a_terminal_takes_the_time_of_a_serial_line(tmp_path):
-    """A SIP is on the line for some 45 ms at 9600 baud, so it never comes in one piece."""
+    """At 9600 baud a SIP takes about 45 ms, so it never comes in one piece."""
     with Server(robot(), pty=str(tmp_path / "robot"),
                 record=str(tmp_path / "wire.txt")) as server, pty_computer(server) as computer:
         computer.open()
@@ -632,8 +631,8 @@ def test_mistakes_are_told_in_one_line(arguments, code, message):
 
 
 def test_a_fleet_on_the_command_line(tmp_path):
-    """Everything at once: robots, faults by word and by file, a record, time ten times as fast,
-    and the record explained.
+    """Everything at once: robots, faults from words and from a file, a record, time ten times as fast, and the
+    explained record.
     """
     faults, record = tmp_path / "faults.yaml", tmp_path / "wire.txt"
     faults.write_text("- {fault: stop_button, robot: 2, from: 0.2}")

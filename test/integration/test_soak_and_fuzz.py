@@ -1,4 +1,4 @@
-"""A little of what bench/soak.py and bench/fuzz.py do for hours; and that they see what they look for."""
+"""Short runs of bench/soak.py and bench/fuzz.py. The tests also check that both find the errors they look for."""
 
 import os
 import sys

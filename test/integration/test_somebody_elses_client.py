@@ -1,6 +1,7 @@
-"""How to test a client of your own against the simulated robot: docs/simulator.md shows the tests of this file.
+"""How to test your own client against the simulated robot. docs/simulator.md shows the tests of this file.
 
-`TheirClient` stands for it. It was written from the protocol's tables alone and shares no code with this package.
+`TheirClient` stands for your client. It is written from the tables of the protocol alone and shares no code with this
+package.
 """
 
 import socket
@@ -13,9 +14,8 @@ NEAR = 700      # mm
 
 
 class TheirClient:
-    """Drives ahead until its front sonar sees something near, then stands.
-
-    Call it every 100 ms: what it read goes in, what it writes comes out.
+    """Drives ahead until its front sonar measures something near, then stands. Call it every 100 ms with the bytes that
+    were read. It returns the bytes to write.
     """
 
     def __init__(self):
@@ -92,7 +92,7 @@ def test_a_program_of_its_own_over_tcp_five_times_as_fast():
 
 
 def run_their_program(host, port, done):
-    """Stands for a program that connects, drives, and ends."""
+    """Run a program that connects, drives, and ends."""
     client = TheirClient()
     with socket.create_connection((host, port), timeout=20) as line:
         line.settimeout(0.02)

@@ -1,6 +1,5 @@
-"""Every setting of the robot has an effect on the simulated one.
-
-Each is tried on a robot as it comes, and on one that was told the setting.
+"""Every setting of the robot has an effect on the simulated robot. Each test compares a robot with default settings and
+a robot with one changed setting.
 """
 
 import math
@@ -32,7 +31,7 @@ def turning(rig):
 
 
 def seconds_to_go(rig):
-    """... from rest to 0.3 m/s."""
+    """Return the time (s) from rest to 0.3 m/s."""
     return rig.until(lambda: speed(rig) >= 0.3 - 1e-9, rig.velocity(0.3, 0.0))
 
 
@@ -43,7 +42,7 @@ def seconds_to_stop(rig):
 
 
 def seconds_to_turn(rig):
-    """... from rest to 1 rad/s (57 of the wire's deg/s)."""
+    """Return the time (s) from rest to 1 rad/s (57 deg/s on the wire)."""
     return rig.until(lambda: turning(rig) >= math.radians(57) - 1e-9, rig.velocity(0.0, 1.0))
 
 
@@ -54,13 +53,15 @@ def seconds_to_stop_turning(rig):
 
 
 def gives_up_at_a_touch(rig):
-    """Whether it stalls as soon as it touches a wall, and not only when it has pressed against it for half a second."""
+    """Return whether the robot stalls as soon as it touches a wall, and not only after it has pressed for half a
+    second.
+    """
     rig.until(lambda: rig.firmware.hardware.body.blocked, rig.velocity(0.3, 0.0))
     return rig.until(lambda: rig.state.left_stall, rig.velocity(0.3, 0.0)) < 0.3
 
 
 def metres_in_a_metre(rig):
-    """How far it really drives while it counts a metre."""
+    """Return how far (m) the robot really drives while it counts one metre."""
     start = rig.firmware.true_pose[0]
     rig.until(lambda: rig.state.x >= 1.0, rig.velocity(0.3, 0.0))
     return (rig.firmware.true_pose[0] - start) / rig.state.x
@@ -75,7 +76,7 @@ def turns_in_a_turn(rig):
 
 
 def reported(field):
-    """What CONFIGpac says, when asked anew."""
+    """Return the CONFIGpac that the robot sends when it is asked again."""
     return lambda rig: getattr(rig.session.connected.identity.config, field)
 
 
@@ -99,7 +100,7 @@ EFFECTS = {
 
 
 def rig(**settings):
-    """A robot with bumpers, which looks at a wall 1 m ahead only where it is to run into it."""
+    """Return a robot with bumpers. It faces a wall 1 m ahead only if the test wants it to hit the wall."""
     world = World("wall", walls=[WALL]) if settings.pop("wall") else World("bare")
     return Rig("peoplebot-sh", world, (0.0, 0.0, 0.0), **settings)
 

@@ -25,13 +25,16 @@ def test_it_touches_nothing_and_gets_somewhere(seed):
 
 
 def test_the_original_rule_does_collide():
-    """That none of ours is counted would mean nothing if none could be."""
+    """The original rule must collide in these worlds. Otherwise, counting no contact of our rule would prove nothing.
+    """
     runs = [bench.drive("p3dx-sh, gripper", "original", seed, MINUTES) for seed in range(200, 205)]
     assert sum(run.contacts for run in runs) > 0
 
 
 def test_a_robot_that_stands_is_seen_to_be_stuck():
-    """The same for the minutes on one spot."""
+    """A robot that stands still must be counted as stuck. Otherwise, counting no minutes on one spot would prove
+    nothing.
+    """
     world = bench.random_world(0)
     x, y, _ = world.starts[0]
     standing = [(x, y, 0.0)] * 601

@@ -10,7 +10,7 @@ from simulated_time import Rig
 
 
 def wheels(rig):
-    """Speeds of the left and right wheels (m/s)."""
+    """Return the speeds of the left and right wheels (m/s)."""
     return rig.firmware.hardware.drives.wheel_speeds
 
 

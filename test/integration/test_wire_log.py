@@ -1,9 +1,8 @@
-"""A record of a line, test/data/day.wire, played.
+"""A record of a line, test/data/day.wire, is played in two ways.
 
-It is played as the robot into the client, which tells what it told then, and as the client into the simulated robot.
-
-The run connects, fetches a can, drives backwards into a wall, meets lost and damaged packets and a power cycle, and
-connects again; `wire_log` made it.
+Played as the robot, the client must report the same events as in the original run. Played as the client, the simulated
+robot must answer as it did then. In the run a client connects, fetches a can, drives backwards into a wall, gets lost
+and damaged packets, has a power cycle, and connects again. `wire_log` made the record.
 """
 
 import math
@@ -26,7 +25,7 @@ THEN = wire_log.TOLD.read_text(encoding="utf-8").splitlines()
 
 
 def changed(to_robot, number, at, value):
-    """The record with another byte in one piece of one way."""
+    """Return the record with one byte changed in one piece of one direction."""
     entries = list(RECORD)
     index = [index for index, entry in enumerate(entries) if entry.data and entry.to_robot == to_robot][number]
     data = bytearray(entries[index].data)
@@ -37,13 +36,13 @@ def changed(to_robot, number, at, value):
 
 
 def said_instead(old, new):
-    """The record with other packets of the client instead of all that are the same as an old one."""
+    """Return the record with all equal packets of the client replaced by another packet."""
     assert any(entry.to_robot and old in entry.data for entry in RECORD)
     return [entry._replace(data=entry.data.replace(old, new)) if entry.to_robot else entry for entry in RECORD]
 
 
 def told(monkeypatch, record, script):
-    """What the client tells of a played robot, and what the robot says of the client."""
+    """Return what the client reports of a played robot, and what the played robot says about the client."""
     differences = []
     life = Life(monkeypatch, script, PlayedRobot(record, say=lambda time, sentence: differences.append(sentence)),
                 url="socket://robot:1")
@@ -51,7 +50,7 @@ def told(monkeypatch, record, script):
 
 
 def waits(life):
-    """A program that only looks on, until the record is over."""
+    """A program that sends nothing and waits until the record is over."""
     yield from life.until(lambda: life.firmware.over)
     yield 0.1
 
@@ -139,7 +138,7 @@ def test_a_server_plays_it_to_a_program(tmp_path, line):
 # As the client, into the simulated robot
 
 def answers_to(record, lines):
-    """How a simulated robot's answers differ from the record."""
+    """Return the differences between the answers of a simulated robot and the record."""
     found, = compare(RECORD, play_client(record, lines), [lines.robots[0].model])
     return found
 

@@ -25,24 +25,24 @@ LIMIT = 30.0        # s: generous; nothing waits that long
 
 
 def simulation():
-    """A PeopleBot, for it has bumpers, with a gripper, and a can ahead of it."""
+    """Return a simulation with a PeopleBot (because it has bumpers), a gripper, and a can ahead of it."""
     made = Simulation(load_world("cans"))
     made.add(find_model("peoplebot-sh"), gripper=True, rear_sonar=False, seed=SEED)
     return made
 
 
 def on_its_line(*, seed=SEED, faults=FAULTS):
-    """It on its line."""
+    """Return the robot with its line."""
     return LineSimulation(simulation(), seed, [fault_of(words) for words in faults])
 
 
 def lines_of(told):
-    """What the client told, as lines of text. Answers to what the program asked for are left out."""
+    """Return what the client reported, as lines of text, without answers to requests of the program."""
     return [line_of(said) for said in told if not isinstance(said, MotorsAnswered)]
 
 
 def line_of(said):
-    """A state or an event of the client, as a line of text; no times, which differ from run to run."""
+    """Return a state or event of the client as a line of text, without times, because they differ from run to run."""
     if not isinstance(said, RobotState):
         return type(said).__name__ + (" " + type(said.error).__name__ if isinstance(said, LinkDown) else "")
     gripper = "".join(str(int(value)) for value in vars(said.gripper).values())
@@ -54,9 +54,8 @@ def line_of(said):
 
 
 def script(life):
-    """What the program does: a generator that yields the seconds to wait.
-
-    `life` has the client's ``robot``, its ``states`` and ``events``.
+    """The actions of the program: a generator that yields the seconds to wait. `life` has the client's ``robot``,
+    ``states`` and ``events``.
     """
     robot = life.robot
 
@@ -98,7 +97,7 @@ def script(life):
 
 
 class Live:
-    """The same as `simulated_client.Life`, in real time."""
+    """Like `simulated_client.Life`, but in real time."""
 
     def __init__(self, url):
         self.states, self.events, self.told = [], [], []
@@ -110,11 +109,11 @@ class Live:
 
     @property
     def now(self):
-        """s"""
+        """Time since the start (s)."""
         return time.monotonic()
 
     def until(self, condition):
-        """For a script: wait until a condition holds."""
+        """Wait until a condition holds. For use in a script."""
         end = self.now + LIMIT
         while not condition():
             assert self.now < end, self.events[-5:]

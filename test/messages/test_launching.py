@@ -1,4 +1,6 @@
-"""What the launch files that drive and show a robot start, and with what. Nothing is started but a stand-in of RViz."""
+"""Which programs the launch files for driving and viewing start, and with which arguments. Nothing is started but a
+stand-in for RViz.
+"""
 
 import os
 import pathlib
@@ -23,7 +25,8 @@ def test_a_simulated_robot_may_err_as_a_file_says(launch, arguments, node):
 
 
 def test_what_ends_badly_at_the_start_ends_the_launch():
-    """As a world or a model does that does not exist. Who ends one of the programs on purpose may say otherwise."""
+    """A program that fails at its start (wrong world, wrong model) ends the launch. With required:=false it does not.
+    """
     nodes = launched("pioneer.launch", "sim:=true").nodes
     assert {node.type: node.required for node in nodes} == {"p2os_simulator": True, "p2os_driver": True}
     assert not any(node.required for node in launched("pioneer.launch", "sim:=true", "required:=false").nodes)

@@ -1,4 +1,6 @@
-"""Whether a node is at work, asked of a master and of the node itself: both answer here over XML-RPC, or do not."""
+"""Whether a node is at work. The master and the node itself are asked. In these tests both answer over XML-RPC, or do
+not answer.
+"""
 
 import socket
 import threading
@@ -13,7 +15,7 @@ PATIENCE, SHORT = 30.0, 0.1  # s: where somebody answers, and where nobody does
 
 @pytest.fixture
 def serve():
-    """Answers to methods by a table, {name: answer}; gives the address."""
+    """Answer methods from a table, {name: answer}. Returns the address."""
     servers = []
 
     def start(answers):
@@ -32,14 +34,14 @@ def serve():
 
 @pytest.fixture
 def hanging():
-    """The address of somebody who takes connections, and never answers."""
+    """Return an address that accepts connections and never answers."""
     with socket.create_server(("localhost", 0)) as listener:
         yield "http://localhost:%d" % listener.getsockname()[1]
 
 
 @pytest.fixture
 def master(serve, monkeypatch):
-    """A master that knows a node at an address."""
+    """Return a master that knows a node at an address."""
     return lambda *answer: monkeypatch.setenv("ROS_MASTER_URI", serve({"lookupNode": list(answer)}))
 
 

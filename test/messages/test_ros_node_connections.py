@@ -1,4 +1,4 @@
-"""A recorder that comes for all topics of a node at once need not wait."""
+"""A recorder that connects to all topics of a node at once need not wait."""
 
 import contextlib
 import socket
@@ -15,7 +15,7 @@ PATIENCE = 0.3
 
 
 def connected(server):
-    """How many of so many connections are made while nobody takes one."""
+    """Return how many of so many connections are made while none is accepted."""
     with contextlib.ExitStack() as stack:
         made = 0
         for number in range(AT_ONCE):
@@ -31,7 +31,7 @@ def connected(server):
 
 @pytest.fixture
 def server(monkeypatch):
-    """A socket as rospy makes it, in its place."""
+    """Return a listening socket as rospy makes it, in the place of rospy's own."""
     with socket.socket() as listening:
         listening.bind(("127.0.0.1", 0))
         listening.listen(5)

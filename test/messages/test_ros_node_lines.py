@@ -1,4 +1,4 @@
-"""What a node prints is there at once, in a file and in a pipe, too."""
+"""What a node prints appears at once, also in a file and in a pipe."""
 
 import io
 import os
@@ -17,7 +17,7 @@ rospy.init_node = lambda *_, **__: (print("said"), os._exit(0))     # nothing is
 
 
 def wrapped():
-    """A stream, and where it leads."""
+    """Return a stream, and the buffer behind it."""
     raw = io.BytesIO()
     return io.TextIOWrapper(raw, encoding="utf-8"), raw
 
@@ -42,7 +42,7 @@ def test_what_is_no_stream_of_a_program_stays_as_it_is():
 
 
 def printed(init_node):
-    """By a program whose Python is not told to keep nothing, into a pipe."""
+    """Return what a program prints into a pipe when its Python buffers its output."""
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
     return subprocess.run([sys.executable, "-c", SAY_AND_BREAK_OFF % init_node], env=environment,
                           stdout=subprocess.PIPE, check=True).stdout

@@ -1,4 +1,4 @@
-"""What nodes are called, and who listens to them."""
+"""The names of nodes, and who subscribes to their topics."""
 
 import pytest
 

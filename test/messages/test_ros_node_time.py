@@ -13,7 +13,7 @@ LIMIT = 30.0  # s: generous; nothing waits that long
 
 @pytest.fixture
 def clock(monkeypatch):
-    """Sets simulated time [s]; at first there is none."""
+    """Set simulated time [s]. At first there is none."""
     monkeypatch.setattr(rostime, "_rostime_current", rospy.Time(0))
     monkeypatch.setattr(rostime, "_rostime_initialized", True)
     monkeypatch.setattr(rospy.core, "is_shutdown", lambda: False)
@@ -21,7 +21,7 @@ def clock(monkeypatch):
 
 
 class Beside:
-    """Runs something in a thread, and knows how far it got."""
+    """Run a function in a thread, and know how far it got."""
 
     def __init__(self, work):
         self.count, self.changed, self.ended, self.error = 0, threading.Condition(), False, None
@@ -45,7 +45,7 @@ class Beside:
 
 
 def once(function, *arguments):
-    """`function` as something that yields nothing."""
+    """Turn `function` into a generator that yields nothing."""
     def work():
         function(*arguments)
         yield from ()

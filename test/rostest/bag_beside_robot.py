@@ -31,7 +31,7 @@ GRIP_CLOSE = 2  # GripState.state of a command
 
 
 class Witness:
-    """Keeps what everybody reports, and wakes those who wait for it."""
+    """Keeps the reports of all robots, and wakes the threads that wait for them."""
 
     def __init__(self):
         self.changed = threading.Condition()
@@ -63,15 +63,13 @@ class Witness:
             self.changed.notify_all()
 
     def wait(self, what, condition):
-        """Until a condition holds; AssertionError that says what did not happen."""
+        """Wait until a condition holds. Raises AssertionError that names what did not happen."""
         with self.changed:
             assert self.changed.wait_for(condition, PATIENCE), "not within %.0f s: %s" % (PATIENCE, what)
 
 
 def commands():
-    """What a recorder keeps of a robot that was driven, in either way, for both robots:
-    motors on, forward, paddles closed.
-    """
+    """Return what a recorder keeps of both robots, driven in either way: motors on, forward, paddles closed."""
     for robot in ROBOTS:
         yield "/%s/cmd_motor_state" % robot, MotorState(1), 10.0
         for step in range(20):
@@ -85,7 +83,7 @@ def commands():
 
 
 class BesideRobot(unittest.TestCase):
-    """Both drivers, and the real rosbag play."""
+    """Both drivers, with the real rosbag play."""
 
     def setUp(self):
         self.witness = Witness()
@@ -102,7 +100,8 @@ class BesideRobot(unittest.TestCase):
         subprocess.run(command, check=True, timeout=PATIENCE, stdin=subprocess.DEVNULL)
 
     def heard_from(self, robot):
-        """A motor_state that is younger than now: whatever was sent before has had its effect."""
+        """Wait for a motor_state that is sent after this call. Everything that was sent before has had its effect then.
+        """
         count = len(self.witness.motors[robot]) + 5
         self.witness.wait("%s goes on reporting" % robot, lambda: len(self.witness.motors[robot]) >= count)
 
@@ -112,7 +111,7 @@ class BesideRobot(unittest.TestCase):
         self.assertNotIn(GRIP_CLOSE, self.witness.paddles[robot])
 
     def test_1_motors_stay_off(self):
-        """The careful driver refuses all of it and says so; the trusting one obeys all of it."""
+        """The careful driver refuses all commands and says so. The trusting driver obeys all of them."""
         self.play()
         self.witness.wait("trusting drives", lambda: self.witness.way["trusting"] > 0.2)
         self.witness.wait("trusting closes its paddles", lambda: GRIP_CLOSE in self.witness.paddles["trusting"])
@@ -125,7 +124,7 @@ class BesideRobot(unittest.TestCase):
                           "accept_replay" in text])
 
     def test_2_motors_that_are_on_do_not_obey_either(self):
-        """Somebody has the motors of the careful robot on when the bag is played."""
+        """The motors of the careful robot are already on when the bag is played."""
         rospy.wait_for_service("/careful/set_motors", PATIENCE)
         answer = rospy.ServiceProxy("/careful/set_motors", SetBool)(True)
         self.assertTrue(answer.success, answer.message)
@@ -135,7 +134,7 @@ class BesideRobot(unittest.TestCase):
         self.assert_untouched("careful")
 
     def test_3_a_bag_under_another_name_is_still_a_bag(self):
-        """As the test before, but the player calls itself somebody."""
+        """As in the test before, but the player uses another node name."""
         way = self.witness.way["trusting"]
         rospy.ServiceProxy("/careful/set_motors", SetBool)(True)
         self.play("__name:=somebody")
@@ -143,12 +142,13 @@ class BesideRobot(unittest.TestCase):
         self.assert_untouched("careful")
 
     def launch(self, *arguments):
-        """replay.launch with its arguments."""
+        """Start replay.launch with these arguments."""
         return subprocess.Popen(["roslaunch", "pioneer_control", "replay.launch", "bag:=%s" % self.bag, *arguments],
                                 stdin=subprocess.DEVNULL)
 
     def motors_on(self):
-        """Of both robots, when they stand: whatever reached them would move them."""
+        """Switch the motors of both robots on, while they stand. Then any velocity that reaches them would move them.
+        """
         for robot in ROBOTS:
             self.witness.wait("%s stands" % robot, lambda r=robot: self.witness.speed[r] == 0.0)
             rospy.ServiceProxy("/%s/set_motors" % robot, SetBool)(True)
@@ -160,7 +160,7 @@ class BesideRobot(unittest.TestCase):
         self.assertEqual(self.witness.way["trusting"], way, "replay.launch moves nobody, whatever a driver accepts")
 
     def test_4_looking_moves_nobody(self):
-        """Again and again: commands are said, aside."""
+        """The bag is played in a loop. Its commands go to topics that no driver subscribes to."""
         self.motors_on()
         way = self.witness.way["trusting"]
         said = {name: [] for name in ("cmd_vel", "cmd_wheels", "cmd_motor_state", "gripper_control")}
@@ -176,7 +176,7 @@ class BesideRobot(unittest.TestCase):
         rospy.delete_param("/use_sim_time")
 
     def test_5_a_rerun_moves_nobody(self):
-        """It is refused: the program would hear robot and bag at once."""
+        """The re-run is refused: the program would hear the robot and the bag at once."""
         self.motors_on()
         way = self.witness.way["trusting"]
         command = ["rosrun", "pioneer_control", "replay", "rerun", self.bag]
@@ -190,7 +190,7 @@ class BesideRobot(unittest.TestCase):
         self.assert_neither_moved(way)
 
     def test_6_a_redrive_moves_its_own_robot_only(self):
-        """A simulated one of its own."""
+        """The re-drive starts a simulated robot of its own."""
         self.motors_on()
         way = self.witness.way["trusting"]
         moved = []

@@ -29,16 +29,16 @@ VALUES = [name for name in old_messages.VALUES if name not in ("GripState", "Lif
 
 
 def play(bag):
-    """rosbag play, to its end."""
+    """Run rosbag play to its end."""
     subprocess.run(["rosbag", "play", "--quiet", "--wait-for-subscribers", bag], check=True, timeout=PATIENCE,
                    stdin=subprocess.DEVNULL)
 
 
 class OldTypes(unittest.TestCase):
-    """One test per older package, and one of a bag that was converted."""
+    """One test for each older package, and one for a converted bag."""
 
     def played(self, package):
-        """What our subscribers receive of a bag of an older package's messages, by message name."""
+        """Return the messages that our subscribers receive from a bag of an older package, by message name."""
         received, all_received = {}, threading.Event()
 
         def receive(message, name):
@@ -76,8 +76,8 @@ class OldTypes(unittest.TestCase):
         self.check("p2os_msgs")
 
     def test_converted(self):
-        """Programs that know nothing of this package hear a bag of p2os that was converted,
-        and tf knows where the sonar looks.
+        """Programs that do not know this package receive a converted bag of p2os, and tf has the directions of the
+        sonar.
         """
         received, all_received = {}, threading.Event()
         types = {"robot_info": msg.RobotInfo, "sonar_ranges": Range, "sonar_points": PointCloud2,

@@ -48,31 +48,31 @@ ONCE = "/map", "/world", "/robot1/e_stop", "/robot2/e_stop"
 # The checks
 
 def holes(numbers):
-    """The sequence numbers that are missing between the first and the last, or come out of order."""
+    """Return the sequence numbers that are missing between the first and the last, or that come out of order."""
     return [(one, other) for one, other in zip(numbers, numbers[1:]) if other != one + 1]
 
 
 def within(part, whole):
-    """Whether a list is a piece of another without anything left out."""
+    """Return whether a list is a part of another list, without any gap."""
     part, whole = list(part), list(whole)
     return any(whole[start:start + len(part)] == part for start in range(len(whole) - len(part) + 1))
 
 
 def way(places):
-    """The places from the last before the first change to the first after the last one;
-    empty where nothing ever changes.
+    """Return the places from the last one before the first change to the first one after the last change. Empty if
+    nothing changes.
     """
     changes = [number for number, (one, other) in enumerate(zip(places, places[1:])) if one != other]
     return places[changes[0]:changes[-1] + 2] if changes else []
 
 
 def steps(places):
-    """Where the places change: the same of any two reports of one way, whatever their units."""
+    """Return the places where the values change. Two reports of one motion give the same, whatever their units are."""
     return [one != other for one, other in zip(places, places[1:])]
 
 
 def sips_on_the_wire(lines, robot):
-    """The place (raw) of each SIP that a robot's client got, by the record of the lines."""
+    """Return the place (raw) of each SIP that a robot's client got, from the record of the lines."""
     decoder = p2os.FrameDecoder()
     for entry in entries(lines):
         if entry.robot == robot and not entry.to_robot and entry.data:
@@ -82,7 +82,7 @@ def sips_on_the_wire(lines, robot):
 
 
 class Checks(unittest.TestCase):
-    """They find what they are for."""
+    """The checks of this file find the errors that they are for."""
 
     def test_a_missing_number_is_found(self):
         self.assertEqual(holes([4, 5, 6]), [])
@@ -106,7 +106,7 @@ class Checks(unittest.TestCase):
 
 
 class Witness:
-    """A second subscriber: keeps the bytes of all messages as they come."""
+    """A second subscriber. It keeps the bytes of all messages in the order of arrival."""
 
     def __init__(self, topics):
         self.heard = {topic: [] for topic in topics}
@@ -116,7 +116,7 @@ class Witness:
         self.heard[topic].append(message._buff)
 
     def pose(self, robot):
-        """The newest."""
+        """Return the newest pose."""
         return Odometry().deserialize(self.heard["/%s/pose" % robot][-1])
 
     def forget(self):
@@ -125,14 +125,14 @@ class Witness:
 
 
 def destinations(node, topic):
-    """Names of those that a node sends a topic to, by what it says itself."""
+    """Return the names of the nodes to which a node sends a topic, as the node itself reports."""
     uri = rosgraph.Master("/bag_record").lookupNode(node)
     _, _, connections = xmlrpc.client.ServerProxy(uri).getBusInfo("/bag_record")
     return {connection[1] for connection in connections if connection[2] == "o" and connection[4] == topic}
 
 
 class Record(unittest.TestCase):
-    """One run, recorded twice."""
+    """One run that is recorded twice."""
 
     @classmethod
     def setUpClass(cls):
@@ -152,7 +152,7 @@ class Record(unittest.TestCase):
 
     @classmethod
     def start(cls, name, *arguments):
-        """A recorder in a terminal of its own."""
+        """Start a recorder in a terminal of its own."""
         log = open(os.path.join(cls.folder, name + ".log"), "w")
         cls.addClassCleanup(log.close)
         process = subprocess.Popen(arguments, cwd=cls.folder, env=dict(os.environ, PWD=cls.folder), stdout=log,
@@ -162,13 +162,13 @@ class Record(unittest.TestCase):
 
     @classmethod
     def refused(cls, *arguments):
-        """What a recorder says that does not begin."""
+        """Return the output of a recorder that refuses to start."""
         return subprocess.run(["rosrun", "pioneer_control", "record", *arguments], cwd=cls.folder,
                               stderr=subprocess.PIPE, universal_newlines=True)
 
     @classmethod
     def record(cls):
-        """A way with both robots, into the bags."""
+        """Drive both robots, and record this into the bags."""
         rospy.wait_for_service("/simulator/add_fault", PATIENCE)
         cls.addClassCleanup(os.remove, rospy.get_param("/simulator/record"))
         cls.pull_cables()
@@ -204,7 +204,7 @@ class Record(unittest.TestCase):
 
     @classmethod
     def pull_cables(cls):
-        """The robots send nothing any more, and the last message has come."""
+        """Pull both cables: the robots send nothing any more. Wait until the last message has come."""
         for robot in "12":
             assert rospy.ServiceProxy("/simulator/add_fault", AddFault)("cable robot " + robot).success
 
@@ -216,7 +216,7 @@ class Record(unittest.TestCase):
 
     @classmethod
     def drive(cls, distance):
-        """Both robots on curves, from rest to rest."""
+        """Drive both robots on curves, from rest to rest."""
         ended = threading.Event()
         publishers = [rospy.Publisher("/%s/cmd_vel" % robot, Twist, queue_size=1) for robot in ROBOTS]
 
@@ -250,7 +250,7 @@ class Record(unittest.TestCase):
 
     @classmethod
     def kill(cls, process):
-        """The recorder itself, with force; it is what the program that was started has become."""
+        """Kill the recorder itself. The started program has become the recorder."""
         process.send_signal(signal.SIGKILL)
         process.wait(PATIENCE)
         wait_until("its attendant has said so", lambda: "the recorder was killed" in cls.log("killed"))
@@ -258,9 +258,9 @@ class Record(unittest.TestCase):
     # What must be so
 
     def holes(self, messages):
-        """Sequence numbers that a list of messages lacks: (topic, publisher, before, after).
+        """Return the missing sequence numbers in a list of messages: (topic, publisher, before, after).
 
-        Not of topics that latch: there the publisher counts what each new subscriber gets, too.
+        Latched topics are left out: their publisher also counts the message that each new subscriber gets.
         """
         numbered = {"/%s/%s" % (robot, name) for robot in ROBOTS for name in NUMBERED} | {"/diagnostics"}
         numbers = collections.defaultdict(list)
@@ -272,19 +272,19 @@ class Record(unittest.TestCase):
         return [(*key, *hole) for key, found in numbers.items() for hole in holes(found)]
 
     def differing(self, messages):
-        """Topics of which a list of messages has not exactly what the witness heard."""
+        """Return the topics of which a list of messages does not have exactly what the witness heard."""
         recorded = collections.defaultdict(list)
         for message in messages:
             recorded[message.topic].append(message.data)
         return [topic for topic, heard in self.witness.heard.items() if recorded[topic] != heard]
 
     def not_once(self, messages):
-        """Topics of `ONCE` of which a list of messages has not exactly one."""
+        """Return the topics of `ONCE` of which a list of messages does not have exactly one."""
         counts = collections.Counter(message.topic for message in messages)
         return [topic for topic in ONCE if counts[topic] != 1]
 
     def ways(self, messages, number):
-        """The way of a robot by a list of messages, and by what went over its line."""
+        """Return the motion of a robot twice: from a list of messages, and from the bytes on its line."""
         poses = [decode(message.connection, message.data).pose.pose
                  for message in messages if message.topic == "/robot%s/pose" % number]
         with open(rospy.get_param("/simulator/record")) as file:

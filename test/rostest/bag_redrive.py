@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""A simulated robot is told what a recorded one was told."""
+"""A simulated robot gets the commands of a recorded robot."""
 
 import math
 import os
@@ -32,8 +32,8 @@ RADIUS = 0.3  # m: of the arc that ends it
 
 
 def told():
-    """(topic, message, s): straight on, then to the left by the wheels;
-    and where the robot was, as if it had no inertia.
+    """Return (topic, message, s): straight on, then to the left by wheel velocities, and the poses of a robot without
+    inertia.
     """
     begin, x, y, heading = 100.0, *START
     yield "/pioneer/robot_info", make.robot_info({}), begin
@@ -54,7 +54,7 @@ def told():
 
 
 class Redrive(unittest.TestCase):
-    """The recorded commands, in every way."""
+    """The recorded commands, sent in every way."""
 
     @classmethod
     def setUpClass(cls):
@@ -72,13 +72,13 @@ class Redrive(unittest.TestCase):
         return process
 
     def run_to_its_end(self, *arguments):
-        """What it says, and its exit code."""
+        """Run a command to its end. Returns its output and its exit code."""
         process = self.start(*arguments)
         said, _ = process.communicate(timeout=2 * PATIENCE)
         return said.decode(), process.returncode
 
     def test_1_into_a_simulated_robot(self):
-        """The same model at the same place, which drives the same way; a world that is gone is told."""
+        """The same model at the same place drives in the same way. A world that is gone is reported."""
         output = os.path.join(self.folder.name, "new.bag")
         said, code = self.run_to_its_end("--output=" + output)
         self.assertEqual(code, 0, said)

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""A recorded wander, played back with no robot, is to the last bit what was recorded,
-and a Pioneer that hears it decides the same again.
+"""A recorded wander is played back without a robot.
 
-One run is recorded with launch/record.launch and serves all tests; then the robot ends.
+The messages are the recorded ones, to the last bit, and a Pioneer that hears them decides the same again. One run is
+recorded with launch/record.launch and serves all tests. Then the robot ends.
 """
 
 import os
@@ -40,14 +40,14 @@ They are the header.seq of the one topic on which the player says something itse
 
 
 def end(process):
-    """Ctrl-C to a program, and wait for it."""
+    """Send Ctrl-C to a program, and wait for its end."""
     process.send_signal(signal.SIGINT)
     process.wait(PATIENCE)
 
 
 def record(bag):
-    """A seeded wander, recorded from its first message to after its last;
-    how many decisions were heard beside the recorder.
+    """Record a seeded wander, from its first message to after its last. Returns how many decisions were heard besides
+    the recorder.
     """
     told, ended = [], threading.Event()
     subscribers = [
@@ -74,12 +74,12 @@ def record(bag):
 
 
 def decisions_in(bag):
-    """How many decisions of the robot a bag holds."""
+    """Return how many decisions of the robot a bag has."""
     return sum(1 for _ in read_bag(bag, lambda connection: connection.topic == "/pioneer/decision"))
 
 
 class Replay(unittest.TestCase):
-    """The recording is made once."""
+    """The recording is made once, for all tests."""
 
     @classmethod
     def setUpClass(cls):
@@ -95,7 +95,7 @@ class Replay(unittest.TestCase):
         cls.folder.cleanup()
 
     def test_1_every_message_comes_back_bit_for_bit_and_in_order(self):
-        """All topics; each at the place where it belongs, which of a command is aside."""
+        """Checks all topics. Each message comes on its own topic. A command comes on the topic that no driver obeys."""
         expected = defaultdict(list)
         for topic, connection, data, _ in read_bag(self.bag):
             expected[aside(topic) if is_command(topic, connection.type) else topic].append(data)
@@ -144,7 +144,7 @@ class Replay(unittest.TestCase):
         self.assertGreater(recorded, 50)
 
     def rerun(self, *arguments):
-        """What the re-run says, and its exit code."""
+        """Return the output of the re-run, and its exit code."""
         command = ["rosrun", "pioneer_control", "replay", "rerun", self.bag, "--options=%s" % FAST, *arguments]
         done = subprocess.run(command, timeout=3 * PATIENCE, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE)
         return done.stdout.decode(), done.returncode

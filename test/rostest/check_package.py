@@ -44,7 +44,9 @@ class MessageCheck(unittest.TestCase):
         self.assertEqual({path.stem for path in (PACKAGE / "msg").glob("*.msg")}, set(FROZEN_MD5) | NEW_MESSAGES)
 
     def test_a_constant_would_change_the_md5(self):
-        """Why numbers have their names in Python: the check above sees even this."""
+        """Adding a constant changes the md5, and the check above notices it. That is why names of numbers are in Python
+        files.
+        """
         text = (PACKAGE / "msg" / "MotorState.msg").read_text()
         same = genpy.dynamic.generate_dynamic("pioneer_control/MotorState", text)["pioneer_control/MotorState"]
         others = genpy.dynamic.generate_dynamic("pioneer_control/MotorState", "int32 ON=1\n" + text)
@@ -54,9 +56,8 @@ class MessageCheck(unittest.TestCase):
 
 
 def complaints(path):
-    """What speaks against a launch file.
-
-    It does not load, or a node is missing, or package.xml does not name the package of a node.
+    """Return the errors of a launch file: it does not load, a node is missing, or package.xml does not name the package
+    of a node.
     """
     required = [arg.get("name") for arg in ElementTree.parse(path).iter("arg")
                 if not {"default", "value"} & set(arg.keys())]
@@ -73,7 +74,7 @@ def complaints(path):
 
 
 def is_there(node):
-    """Whether a node's program exists. RViz counts: only who asks for it has it installed."""
+    """Return whether a node's program exists. RViz counts as existing, because it is installed only on request."""
     return node.package == "rviz" or bool(roslib.packages.find_node(node.package, node.type))
 
 
@@ -92,7 +93,7 @@ class LaunchCheck(unittest.TestCase):
         self.assertEqual({path.name: complaints(path) for path in files}, {path.name: [] for path in files})
 
     def test_the_launch_file_of_2012_is_not_even_xml(self):
-        """It has a value without quotes and elements that nobody closes."""
+        """The file has a value without quotes, and elements without an end tag."""
         with self.assertRaises(ElementTree.ParseError):
             self.complaints_about(
                 '<launch><group ns="pioneer"><param name="pulse" value=1.0><node name="p2os" pkg="p2os_driver" '
@@ -111,7 +112,7 @@ class LaunchCheck(unittest.TestCase):
 
 
 class NodeCheck(unittest.TestCase):
-    """Every node is a program that rosrun can start."""
+    """rosrun can start every node."""
 
     def test_nodes_are_executable_and_use_the_system_python(self):
         nodes = [path for path in (PACKAGE / "nodes").iterdir() if path.is_file()]

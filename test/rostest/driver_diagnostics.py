@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""Diagnostics of real drivers: each fault is named while it lasts and gone afterwards,
-and the aggregator knows every name, for two robots.
+"""Diagnostics of real drivers. Each fault is named while it lasts and is gone afterwards, and the aggregator knows
+every task name, for two robots.
 """
 
 import os
@@ -31,7 +31,7 @@ UNKNOWN = dict(dict.fromkeys(TASKS, STALE), Link=ERROR)
 
 
 class DriverDiagnostics(unittest.TestCase):
-    """Two robots and their drivers, test after test."""
+    """Two robots and their drivers. The tests run one after the other."""
 
     @classmethod
     def setUpClass(cls):
@@ -53,7 +53,7 @@ class DriverDiagnostics(unittest.TestCase):
         return Server(Firmware(find_model("p3dx-sh"), load_world("empty"), name=name), tcp=tcp).start()
 
     def newest(self, robot):
-        """{task: status} as the driver of a robot said last."""
+        """Return {task: status}: the newest diagnostics of a robot's driver."""
         prefix = robot + "/p2os: "
         for message in reversed(self.witness.seen["/diagnostics"]):
             statuses = {status.name[len(prefix):]: status for status in message.status
@@ -81,7 +81,7 @@ class DriverDiagnostics(unittest.TestCase):
                              {robot.replace("/", "_")})
 
     def test_03_the_aggregator_knows_exactly_what_the_drivers_say(self):
-        """By robot; nothing is missing, and nothing is left over for its group Other."""
+        """By robot. Nothing is missing, and nothing is left over for the group Other."""
         names = ["/" + robot + end for robot in self.servers for end in [""] + ["/" + task for task in TASKS]]
         self.witness.wait("a tree of two robots that are well", lambda: (
             self.witness.seen["/diagnostics_agg"] and self.aggregated() == dict.fromkeys(names, OK)))
@@ -116,7 +116,7 @@ class DriverDiagnostics(unittest.TestCase):
         self.assertEqual(set(others), {OK})
 
     def test_05_what_gets_lost_on_its_way_to_the_robot_is_named_while_velocities_come(self):
-        """Its motors stay off: it is asked all the same."""
+        """Its motors stay off: questions are sent with velocities all the same."""
         server, twist = self.servers["left"], Twist()
         twist.angular.z = 0.3
         publisher = rospy.Publisher("/left/cmd_vel", Twist, queue_size=1)
@@ -154,7 +154,7 @@ class DriverDiagnostics(unittest.TestCase):
         self.assertIn(str(port), values["Last error"])
 
     def test_07_a_clock_that_stands_does_not_hold_them_up(self):
-        """Simulated time, and nobody publishes it."""
+        """Simulated time is on, and nobody publishes a clock."""
         rospy.set_param("/use_sim_time", True)
         try:
             driver = Driver("/timeless", port="/dev/nowhere")

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""The driver drives the simulated robot: motors, distances, angles, sonar by closed form,
-and everything that must stop it or keep it still.
+"""The driver drives the simulated robot: motors, distances, angles, sonar in closed form, and all that must stop it or
+keep it still.
 """
 
 import math
@@ -44,7 +44,7 @@ HALF_CONE = math.radians(12.5)
 
 
 class Commander:
-    """Publishes one velocity at 10 Hz until told another; None: nothing."""
+    """Publishes one velocity at 10 Hz until it gets another one. With None it publishes nothing."""
 
     def __init__(self):
         self.publisher = rospy.Publisher("pioneer/cmd_vel", Twist, queue_size=1)
@@ -62,7 +62,7 @@ class Commander:
 
 
 class DriverDrives(unittest.TestCase):
-    """One robot, test after test, each from where the one before left it standing."""
+    """One robot. Each test begins where the previous test left the robot."""
 
     @classmethod
     def setUpClass(cls):
@@ -145,7 +145,8 @@ class DriverDrives(unittest.TestCase):
         self.assertFalse({"/pioneer/bumpers", "/pioneer/imu", "/pioneer/compass"} & there)
 
     def test_03_sonar_sees_what_geometry_says(self):
-        """Each expectation is worked out here from the transducer's place and the world's file, in closed form."""
+        """Each expected range is calculated here in closed form, from the place of the transducer and the world file.
+        """
         self.witness.next("pioneer/sonar", 5)  # every transducer has fired since the robot stands here
         ranges = self.witness.seen["pioneer/sonar"][-1].ranges
         edge_of_2 = math.radians(30) - HALF_CONE
@@ -172,7 +173,8 @@ class DriverDrives(unittest.TestCase):
                                    msg="frame of transducer %s" % number)
 
     def test_03_points_lie_on_the_axes_of_the_transducers(self):
-        """Each frame of a transducer is in tf, and an echo lies on its x axis, as far away as the range is."""
+        """tf has a frame for each transducer. An echo lies on the x axis of this frame, at the distance of the range.
+        """
         listener = tf.TransformListener()
         ranges = self.witness.next("pioneer/sonar", 5).ranges
         echoes = [number for number, distance in enumerate(ranges) if distance < 5.0]

@@ -1,7 +1,6 @@
 #!/usr/bin/python3
-"""The driver between ROS and the wire.
-
-What parameters put on the wire, bad lines, bad parameters, a driver that is killed, and two robots.
+"""The driver between ROS and the wire: the effects of parameters on the wire, bad lines, bad parameters, a killed
+driver, and two robots.
 """
 
 import contextlib
@@ -96,7 +95,7 @@ class OverheardFirmware(Firmware):
 
 
 class Driver:
-    """A p2os_driver process (or another node's) in a namespace of its own, with what it printed."""
+    """A process of p2os_driver (or of another node) in a namespace of its own. It keeps the output."""
 
     def __init__(self, namespace, environment=None, program="p2os_driver", **parameters):
         self.namespace = namespace
@@ -128,7 +127,7 @@ class Driver:
 
 
 class Master:
-    """A roscore of its own, that can die and come back; what runs under it gets its ``environment``."""
+    """A roscore of its own that can die and come back. Programs with its ``environment`` use it."""
 
     def __init__(self):
         with socket.create_server(("127.0.0.1", 0)) as placeholder:
@@ -151,7 +150,7 @@ class Master:
 
 
 class DeafReader:
-    """A subscriber that says hello and then never reads: what is sent to it piles up."""
+    """A subscriber that connects and then never reads, so that its messages pile up."""
 
     def __init__(self, node, topic, kind):
         _, _, (_, host, port) = ServerProxy(rosnode.get_api_uri(rosgraph.Master("/deaf"), node)).requestTopic(
@@ -166,7 +165,7 @@ class DeafReader:
 
     @property
     def unread(self):
-        """Bytes that wait on the driver's side: they stay when no more go in."""
+        """Return how many bytes wait in the driver's socket. When no more fit, the number stays the same."""
         mine = "%04X" % self._socket.getsockname()[1]
         with open("/proc/net/tcp") as table:
             rows = [row.split() for row in table]
@@ -177,7 +176,7 @@ class DeafReader:
 
 
 class DriverLines(unittest.TestCase):
-    """Each test has a robot and a driver of its own, and a namespace."""
+    """Each test has a robot, a driver and a namespace of its own."""
 
     def setUp(self):
         self.ending = contextlib.ExitStack()
@@ -205,7 +204,7 @@ class DriverLines(unittest.TestCase):
         self.assertTrue(answer.success, answer.message)
 
     def until(self, what, condition):
-        """Until a condition holds that no message announces."""
+        """Wait until a condition holds that no message announces."""
         deadline = threading.Event()
         for _ in range(int(PATIENCE / 0.05)):
             if condition():
@@ -215,7 +214,7 @@ class DriverLines(unittest.TestCase):
 
     @contextlib.contextmanager
     def commanding(self, linear, namespace=None, angular=0.0):
-        """A commander at 10 Hz."""
+        """Return a commander at 10 Hz."""
         publisher = rospy.Publisher((namespace or self.namespace) + "/cmd_vel", Twist, queue_size=1)
         ended = threading.Event()
 
@@ -250,7 +249,7 @@ class DriverLines(unittest.TestCase):
         self.assertNotIn(("SONAR", 0), [(name, value) for _, name, value in firmware.heard])
 
     def test_pulse_is_the_time_between_signs_of_life_and_zero_sends_none(self):
-        """Counted over 3 simulated seconds of idle drivers."""
+        """The test counts over 3 simulated seconds of idle drivers."""
         robots = {}
         for pulse in (0.2, 1.5, 0.0):
             firmware, server = self.robot()
@@ -313,7 +312,7 @@ class DriverLines(unittest.TestCase):
             self.assertEqual(termios.tcgetattr(line)[5], termios.B38400)
 
     def test_half_of_the_traffic_malformed(self):
-        """It drives all the same, and what it reports is never wrong."""
+        """The driver drives all the same, and its reports are never wrong."""
         firmware, server = self.robot()
         seen = self.witness(pose=Odometry)
         with SpoiltLine(int(server.url.rpartition(":")[2])) as line:
@@ -342,7 +341,7 @@ class DriverLines(unittest.TestCase):
         self.until("the robot reads the last commands", lambda: firmware.time > killed_at + 0.1)
 
     def test_killed_while_driving_and_restarted_while_the_robot_streams(self):
-        """On a serial line: the simulated robot ends a session when another TCP client connects."""
+        """This needs a serial line: on TCP the simulated robot ends a session when another client connects."""
         firmware = OverheardFirmware()
         port = os.path.join(self.ending.enter_context(tempfile.TemporaryDirectory()), "robot")
         self.ending.enter_context(Server(firmware, pty=port))
@@ -373,7 +372,7 @@ class DriverLines(unittest.TestCase):
         self.assertEqual(len(firmware.heard), last, "nobody told it to")
 
     def test_simulated_time_that_stands_and_jumps_back_moves_and_stops_nothing(self):
-        """As with `rosbag play --clock --loop`: what ROS takes for the time is in the stamps, and nowhere else."""
+        """As with `rosbag play --clock --loop`. ROS time is used for the stamps and for nothing else."""
         firmware, server = self.robot()
         clock = rospy.Publisher("/clock", Clock, queue_size=1, latch=True)
         self.addCleanup(clock.unregister)
@@ -413,7 +412,7 @@ class DriverLines(unittest.TestCase):
         self.ended_while_driving(lambda driver: driver.process.send_signal(signal.SIGINT))
 
     def test_a_signal_that_the_main_thread_does_not_notice_stops_the_robot(self):
-        """It goes to another thread here, so the main thread, which waits for a lock, goes on to wait."""
+        """The test sends the signal to another thread. The main thread waits for a lock and does not notice it."""
         def signal_another_thread(driver):
             main = driver.process.pid
             another = max(thread for thread in map(int, os.listdir("/proc/%d/task" % main)) if thread != main)
@@ -422,7 +421,7 @@ class DriverLines(unittest.TestCase):
         self.ended_while_driving(signal_another_thread)
 
     def test_a_signal_that_a_program_handles_itself_does_not_end_its_node(self):
-        """The node ends with the next signal, and says that it was this one."""
+        """The node ends with the next signal, and names that one."""
         ended = subprocess.run([sys.executable, "-c", HANDLES_ITSELF], stdout=subprocess.PIPE, timeout=PATIENCE)
         self.assertEqual((ended.returncode, ended.stdout), (0, b"signal %d\n" % signal.SIGTERM))
 
@@ -444,8 +443,8 @@ class DriverLines(unittest.TestCase):
         self.assertNotIn(self.namespace + "/gripper_state", [name for name, _ in rospy.get_published_topics()])
 
     def cut_and_mended(self, port, cut, mend):
-        """The cable comes out while the user drives, and goes on to;
-        what must hold until somebody switches the motors on again.
+        """Pull the cable while the user drives and goes on driving, and check all that must hold until somebody
+        switches the motors on again.
         """
         firmware, driver = self.firmware, self.driver(port)
         self.motors_on(driver)
@@ -492,8 +491,8 @@ class DriverLines(unittest.TestCase):
             self.cut_and_mended(link, unplug, plug_in)
 
     def test_the_master_dies_and_another_takes_its_place(self):
-        """Nodes of this ROS do not tell a new master of themselves:
-        who is connected stays so, the dead man lives, and the end is clean.
+        """Nodes of this ROS do not register at a new master. Existing connections stay, the deadman still works, and
+        the end is clean.
         """
         master = Master()
         self.ending.callback(lambda: master.end())
@@ -552,7 +551,7 @@ class DriverLines(unittest.TestCase):
         self.assertIsNone(asker.poll(), "it does hang: others wait for ever")
 
     def test_a_signal_while_a_node_starts(self):
-        """Whether the master hangs on or then answers after all: the program ends, and that is no error."""
+        """The master hangs, or answers late. In both cases the program ends, and reports no error."""
         running = []
         for number, (program, question, answers) in enumerate(SIGNALLED_AT):
             master = HangingMaster(hang_at=question)
@@ -599,7 +598,7 @@ class DriverLines(unittest.TestCase):
         self.until("motors are on", lambda: publisher.publish(MotorState(1)) or firmware.motors_enabled)
 
     def test_a_subscriber_that_never_reads_holds_up_nothing(self):
-        """A frame with a long name fills the buffers of its connection in a moment."""
+        """A message with a long frame name fills the buffers of the connection at once."""
         numbers = standard_numbers()
         quick = dataclasses.replace(numbers, session=dataclasses.replace(numbers.session, sip_cycle_ms=20))
         firmware, server = self.robot(numbers=quick)
@@ -718,7 +717,7 @@ class DriverLines(unittest.TestCase):
 
 
 def place_of(message):
-    """Of an Odometry: x, y and heading."""
+    """Return x, y and heading of an Odometry."""
     pose = message.pose.pose
     return pose.position.x, pose.position.y, heading_of(pose)
 

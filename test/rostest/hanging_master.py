@@ -1,4 +1,4 @@
-"""A ROS master that can be made to hang: it takes connections and questions, and does not answer."""
+"""A ROS master that a test can make hang. It accepts connections and questions, and does not answer."""
 
 import http.client
 import os
@@ -11,13 +11,13 @@ from witness import PATIENCE
 
 
 class HangingMaster:
-    """Stands before the master of ROS_MASTER_URI, and passes on what is asked and answered as long as it does not hang.
+    """Stands in front of the master of ROS_MASTER_URI, and passes questions and answers on while it does not hang.
 
-    What runs with its ``environment`` asks here.
+    Programs with its ``environment`` ask this master.
     """
 
     def __init__(self, hang_at=None):
-        """``hang_at``: a regular expression; from the first question on in which it is found, the master hangs."""
+        """``hang_at`` is a regular expression. The master hangs from the first question on that contains it."""
         self._hang_at = hang_at and re.compile(hang_at.encode(), re.DOTALL)
         self._changed = threading.Condition()
         self._hangs, self._waiting = False, 0
@@ -28,18 +28,18 @@ class HangingMaster:
         threading.Thread(target=self._server.serve_forever, daemon=True).start()
 
     def hang(self):
-        """From now on."""
+        """Hang from now on."""
         with self._changed:
             self._hangs = True
 
     def mend(self):
-        """Answer, also what was asked meanwhile."""
+        """Answer again, also the questions that came meanwhile."""
         with self._changed:
             self._hangs, self._hang_at = False, None
             self._changed.notify_all()
 
     def wait_until_asked(self, asker=None):
-        """Until somebody waits for an answer; ``asker`` is who should (a Driver)."""
+        """Wait until some node waits for an answer. ``asker`` is the node that should (a Driver)."""
         with self._changed:
             asked = self._changed.wait_for(lambda: self._waiting, PATIENCE)
             assert asked, "nobody asks:\n%s" % (asker and asker.printed)

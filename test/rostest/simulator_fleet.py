@@ -1,7 +1,6 @@
 #!/usr/bin/python3
-"""Several simulated robots in one node.
-
-Each has its truth, its line and its STOP button. Faults come by service. The clock is the simulation's.
+"""Several simulated robots in one node. Each has its own ground truth, line and STOP button. Faults come by service.
+The simulation publishes the clock.
 """
 
 import os
@@ -46,7 +45,7 @@ class Line:
 
 
 class SimulatorFleet(unittest.TestCase):
-    """Two robots on free floor."""
+    """Two robots on a free floor."""
 
     @classmethod
     def setUpClass(cls):
@@ -67,7 +66,7 @@ class SimulatorFleet(unittest.TestCase):
 
     @classmethod
     def until(cls, condition, what):
-        """Listen to the robots until something is so."""
+        """Listen to the robots until a condition holds."""
         end = time.monotonic() + DEADLINE
         while not condition():
             if time.monotonic() > end:
@@ -102,7 +101,7 @@ class SimulatorFleet(unittest.TestCase):
         self.assertEqual(len(walls[0].points), 6 * len(world.walls))
 
     def test_the_clock_is_that_of_the_simulation(self):
-        """It runs at most five times as fast as real time; on a slow machine it may run slower, never faster."""
+        """The clock runs five times as fast as real time at most. On a slow machine it may run slower."""
         self.until(lambda: "/clock" in self.heard, "a clock")
         real, simulated = time.monotonic(), self.heard["/clock"].clock.to_sec()
         self.until(lambda: self.heard["/clock"].clock.to_sec() > simulated + 3.0, "three seconds")

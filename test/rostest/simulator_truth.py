@@ -1,5 +1,7 @@
 #!/usr/bin/python3
-"""What the simulator's node tells of its world is true, and its STOP button works, however slowly ROS time goes."""
+"""The ground truth that the simulator's node publishes is true, and its STOP button works, however slowly ROS time
+passes.
+"""
 
 import math
 import os
@@ -23,7 +25,7 @@ DEADLINE = 30.0
 
 
 class SimulatorTruth(unittest.TestCase):
-    """One simulated robot, spoken to in its own protocol."""
+    """One simulated robot. The tests use its own protocol."""
 
     @classmethod
     def setUpClass(cls):
@@ -48,7 +50,7 @@ class SimulatorTruth(unittest.TestCase):
 
     @classmethod
     def until(cls, condition, what):
-        """Listen to the robot and keep ROS time going, a hundred times too slow, until something is so."""
+        """Listen to the robot and let ROS time pass, a hundred times too slowly, until a condition holds."""
         end = time.monotonic() + DEADLINE
         while not condition():
             if time.monotonic() > end:
@@ -61,7 +63,7 @@ class SimulatorTruth(unittest.TestCase):
                     cls.sip = packet if isinstance(packet, p2os.Sip) else cls.sip
 
     def drive(self, mm):
-        """Move that far and wait until the robot stands again."""
+        """Move so far, and wait until the robot stands again."""
         start = self.heard["ground_truth"].pose.pose.position
         self.line.write(p2os.encode_command("ENABLE", 1) + p2os.encode_command("MOVE", mm))
         self.until(lambda: abs(self.travelled(start) - abs(mm) / 1000.0) < 1e-3, "%d mm" % mm)

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""Every node that runs beside a robot, in simulated time: before it begins, while it stands, fast,
-and when it jumps back.
+"""Every node that runs beside a robot, in simulated time: before time begins, while it stands, when it runs fast, and
+when it jumps back.
 """
 
 import math
@@ -32,9 +32,8 @@ PERIOD = 0.01  # s between two messages on /clock
 
 
 class Time:
-    """Tells everybody the time [s], `rate` times as fast as it is; nobody is told anything as long as that is None.
-
-    `passed` is how much has gone by, jumps not counted; when that is `end`, time stands.
+    """Publishes the clock, `rate` times as fast as real time. While `rate` is None, no clock is published. `passed` is
+    the time (s) that has passed, without jumps. When `passed` is `end`, time stands.
     """
 
     def __init__(self):
@@ -68,7 +67,7 @@ class TimeNodes(unittest.TestCase):
         self.first_command = len(self.witness.seen[COMMANDS])
 
     def start(self, command):
-        """A program whose output is kept; it is gone when the test is."""
+        """Start a program and keep its output. The program ends with the test."""
         self.first_word = len(self.witness.seen["/rosout"])
         program = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
         self.addCleanup(program.stdout.close)
@@ -107,7 +106,7 @@ class TimeNodes(unittest.TestCase):
         return output
 
     def test_1_before_time_begins_the_driver_works(self):
-        """Stamps are zero; velocities are good for as long as ever; diagnostics go on."""
+        """Stamps are zero, velocities time out as always, and diagnostics are published."""
         rospy.wait_for_service("pioneer/set_motors", PATIENCE)
         self.assertTrue(rospy.ServiceProxy("pioneer/set_motors", SetBool)(True).success)
         command = Twist()
@@ -120,13 +119,13 @@ class TimeNodes(unittest.TestCase):
         self.assertEqual(self.witness.next("/diagnostics", 3).header.stamp, rospy.Time(0))
 
     def test_2_before_time_begins_programs_say_what_they_wait_for(self):
-        """And Ctrl-C ends them."""
+        """Ctrl-C ends the programs."""
         for command in (SIMPLE, ADVANCED):
             self.assert_waits(command)
 
     def test_3_while_time_stands_nobody_drives(self):
-        """The wander, under a clock that stands, runs, stands, jumps back and runs fast:
-        not one more word than needed.
+        """The wander runs under a clock that stands, runs, stands, jumps back and runs fast. It sends no more commands
+        than needed.
         """
         self.time.rate = 0.0
         self.assert_waits(SIMPLE)
@@ -156,17 +155,14 @@ class TimeNodes(unittest.TestCase):
         self.wait_until_it_stands()
 
     def assert_waits(self, command):
-        """It says what for, tells the robot nothing, and Ctrl-C ends it."""
+        """Check that a program says what it waits for, sends no command, and ends at Ctrl-C."""
         program = self.start(command)
         self.wait_for_word("/clock")
         self.ends_at_ctrl_c(program)
         self.assertEqual(self.given(), [])
 
     def test_4_the_simple_node_drives_as_far_as_it_is_told_whatever_time_does(self):
-        """4 s of 10 commands a second.
-
-        Time waits for each: so however busy the machine is, no command is overtaken by the next.
-        """
+        """It sends 10 commands a second for 4 s. Time waits for each command, so a busy machine changes nothing."""
         told_at = []
 
         def hear(message):
@@ -196,9 +192,8 @@ class TimeNodes(unittest.TestCase):
         self.assertGreaterEqual(self.time.passed - told_at[0], 4.0 - 0.2)   # the jump ends a tick early
 
     def start_when_heard(self, command, commands):
-        """Start the simple node, which the robot's STOP button holds up.
-
-        The button is released when somebody hears what the node commands, from the first word on.
+        """Start the simple node. The pressed STOP button holds the robot until a subscriber hears the node's commands,
+        from the first on.
         """
         def is_heard():
             return any(each.callerid_pub == "/rosPioneer1" and not each.done for each in commands.impl.connections)

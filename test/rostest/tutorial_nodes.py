@@ -1,6 +1,5 @@
 #!/usr/bin/python3
-"""Both tutorial nodes from their start to their end, and every way in which they may end early:
-the robot stands still after each.
+"""Both tutorial nodes from start to end, and every way in which they may end early. The robot stands still afterwards.
 """
 
 import math
@@ -43,7 +42,7 @@ with Pioneer("pioneer") as robot:
 
 
 def distance(one, other):
-    """Between two ground truths (m)."""
+    """Return the distance between two ground truths (m)."""
     a, b = one.pose.pose.position, other.pose.pose.position
     return math.hypot(a.x - b.x, a.y - b.y)
 
@@ -60,7 +59,7 @@ class TutorialNodes(unittest.TestCase):
         cls.witness.wait("the simulator listens", cls.stop_button.get_num_connections)
 
     def start(self, command):
-        """A program whose output is kept; it is gone when the test is."""
+        """Start a program and keep its output. The program ends with the test."""
         program = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
         self.addCleanup(program.stdout.close)
         self.addCleanup(program.wait)
@@ -69,27 +68,29 @@ class TutorialNodes(unittest.TestCase):
         return program
 
     def end_of(self, program, patience=PATIENCE):
-        """What it printed, and its exit status."""
+        """Return the output of a program, and its exit status."""
         output, _ = program.communicate(timeout=patience)
         return output, program.returncode
 
     def given(self):
-        """The velocities commanded by the program of this test."""
+        """Return the velocities that the program of this test commanded."""
         return [(each.linear.x, each.angular.z) for each in self.witness.seen[COMMANDS][self.first_command:]]
 
     def wait_until_it_drives(self):
         self.witness.wait("the robot drives", lambda: self.witness.seen[TRUTH][-1].twist.twist.linear.x > 0.05)
 
     def assert_told_to_stand_and_stands(self):
-        """The last command is zero: the robot was stopped, and not only left to the driver's time-out."""
+        """Check that the last command is zero: the program stopped the robot, and did not leave this to the driver's
+        time-out.
+        """
         self.witness.wait("the last command is zero", lambda: self.given()[-1:] == [(0.0, 0.0)])
         self.witness.next(TRUTH)
         self.witness.wait("the robot stands", lambda: self.witness.seen[TRUTH][-1].twist.twist.linear.x == 0.0)
         self.assertEqual(self.given()[-1], (0.0, 0.0))
 
     def test_1_the_simple_node_prints_drives_and_stops(self):
-        """Rows 5 to 9, 11, 29: it starts, hears, has the motors switched on,
-        and drives for the stated time at 10 Hz.
+        """Rows 5 to 9, 11, 29: it starts, subscribes, has the motors switched on, and drives for the stated time at 10
+        Hz.
         """
         before = self.witness.next(TRUTH)
         output, status = self.end_of(self.start(SIMPLE + ["_duration:=3.0"]))
@@ -112,7 +113,7 @@ class TutorialNodes(unittest.TestCase):
         self.assert_told_to_stand_and_stands()
 
     def test_3_the_advanced_node_wanders_picks_wanders_picks_and_touches_nothing(self):
-        """Rows 8 to 11, 15, 22 to 24: it comes to its end, a can is up in the air, and the body never met a wall."""
+        """Rows 8 to 11, 15, 22 to 24: the program comes to its end, a can is lifted, and the robot touched no wall."""
         first_truth = len(self.witness.seen[TRUTH])
         output, status = self.end_of(self.start(ADVANCED + ["_duration:=10.0", "_seed:=3"]), patience=3 * PATIENCE)
         self.assertEqual(status, 0, output)
@@ -136,14 +137,14 @@ class TutorialNodes(unittest.TestCase):
             self.assertFalse(world.touches(body), "the body touched something at %.2f, %.2f" % (place.x, place.y))
 
     def test_4_the_advanced_node_stops_at_ctrl_c(self):
-        """Row 10. A signal may come while the main thread talks with the master, or publishes;
-        several, to meet some of that.
+        """Row 10. A signal may come while the main thread talks to the master or publishes. The test sends several, to
+        hit some of these moments.
         """
         for _ in range(4):
             self.ends_while_it_drives(lambda program: program.send_signal(signal.SIGINT))
 
     def test_5_the_advanced_node_stops_at_sigterm(self):
-        """Row 10: what roslaunch sends."""
+        """Row 10: roslaunch sends SIGTERM."""
         for _ in range(4):
             self.ends_while_it_drives(lambda program: program.terminate())
 
@@ -175,7 +176,7 @@ class TutorialNodes(unittest.TestCase):
         self.assert_told_to_stand_and_stands()
 
     def test_8_a_pressed_stop_button_is_said(self):
-        """Row 8: neither node drives, both say what to look at."""
+        """Row 8: neither node drives, and both say what to check."""
         self.addCleanup(self.stop_button.publish, Bool(False))
         self.stop_button.publish(Bool(True))
         self.witness.wait("the motors are off", lambda: self.witness.seen[MOTORS][-1].state == 0)
@@ -188,7 +189,7 @@ class TutorialNodes(unittest.TestCase):
         self.assertEqual(self.witness.seen[COMMANDS][first_command:], [])
 
     def test_8b_a_stop_button_pressed_on_the_way_ends_the_wander(self):
-        """Nobody switches the motors on again but who is told to."""
+        """The motors stay off until a user asks for them."""
         self.addCleanup(self.stop_button.publish, Bool(False))
         self.stop_button.publish(Bool(False))
         program = self.start(ADVANCED + ["_stop_at_can:=false"])
@@ -201,7 +202,7 @@ class TutorialNodes(unittest.TestCase):
         self.assert_told_to_stand_and_stands()
 
     def test_9_a_driver_that_is_not_there_is_said(self):
-        """Row 9: it waits for a while, and says what to start."""
+        """Row 9: the program waits for a while, and says what to start."""
         output, status = self.end_of(self.start(ADVANCED + ["nobody"]))
         self.assertEqual(status, 1, output)
         self.assertIn("Does the driver run", output)
@@ -215,7 +216,7 @@ class TutorialNodes(unittest.TestCase):
         self.assertEqual(self.given(), [])
 
     def test_9a_with_a_model_it_drives_beside_a_driver_without_robot_info(self):
-        """As p2os is one: here the topic has another name."""
+        """p2os is such a driver. Here the topic has another name."""
         elsewhere = ["/pioneer/robot_info:=/nowhere/robot_info"]
         program = self.start(ADVANCED + elsewhere + ["_model:=p3dx-sh", "_gripper:=true", "_stop_at_can:=false"])
         self.addCleanup(rospy.delete_param, "/rosPioneer2")

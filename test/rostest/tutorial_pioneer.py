@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""The class Pioneer on simulated robots: what it reports, what it picks, when its wander ends,
-and that it owns what it commands.
+"""The class Pioneer on simulated robots: its reports, its picks, the end of its wander, and that only it commands its
+robot.
 """
 
 import math
@@ -37,7 +37,7 @@ COMMAND_TOPICS = "cmd_vel", "cmd_motor_state", "gripper_control"
 
 
 class TestPioneer(unittest.TestCase):
-    """Each test has its own Pioneer; the robots stay where the test before left them."""
+    """Each test has its own Pioneer. The robots stay where the previous test left them."""
 
     @classmethod
     def setUpClass(cls):
@@ -136,9 +136,7 @@ class TestPioneer(unittest.TestCase):
             robot.drive(0.1, 0.0)
 
     def test_7b_programs_of_several_robots_run_side_by_side_each_with_its_own(self):
-        """Both nodes, and two of the second: none takes another's name,
-        and each commands the robot that it was given.
-        """
+        """Both nodes, and the second node twice. No node has the name of another, and each commands its own robot."""
         told = {name: len(self.witness.seen[name + "/cmd_vel"]) for name in ROBOTS}
         arguments = (("rosPioneer1.py", "lonely"), ("rosPioneer2.py", "lonely"), ("rosPioneer2.py", "handless"))
         programs = []

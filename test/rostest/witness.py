@@ -1,4 +1,4 @@
-"""What the online tests share: messages kept as they come, and waiting for a condition instead of for a time."""
+"""For all online tests: messages kept in order, and waiting for a condition instead of a time."""
 
 import math
 import threading
@@ -11,7 +11,7 @@ PATIENCE = 40.0
 
 
 class Witness:
-    """Keeps all messages of some topics, and wakes those who wait for something to be true of them."""
+    """Keeps all messages of some topics, and wakes the threads that wait for a condition."""
 
     def __init__(self, topics):
         """`topics`: {topic: message class}."""
@@ -25,17 +25,17 @@ class Witness:
             self.changed.notify_all()
 
     def last(self, topic):
-        """The newest message of a topic; waits for the first."""
+        """Return the newest message of a topic. Waits for the first one."""
         self.wait("something on %s" % topic, lambda: self.seen[topic])
         return self.seen[topic][-1]
 
     def wait(self, what, condition):
-        """Until the condition holds; AssertionError that says what did not happen."""
+        """Wait until the condition holds. Raises AssertionError that names what did not happen."""
         with self.changed:
             assert self.changed.wait_for(condition, PATIENCE), "not within %.0f s: %s" % (PATIENCE, what)
 
     def next(self, topic, count=1):
-        """The `count`-th message of a topic from now on: what happened before is in it."""
+        """Wait for the `count`-th message of a topic from now on. It shows the effect of all that happened before."""
         with self.changed:
             wanted = len(self.seen[topic]) + count
         self.wait("%s more on %s" % (count, topic), lambda: len(self.seen[topic]) >= wanted)
@@ -43,7 +43,7 @@ class Witness:
 
 
 def wait_until(what, condition):
-    """Until a condition holds of which nothing tells when it changes; AssertionError that says what did not happen."""
+    """Wait until a condition holds that no message announces. Raises AssertionError that names what did not happen."""
     end = time.monotonic() + PATIENCE
     while not condition():
         assert time.monotonic() < end, "not within %.0f s: %s" % (PATIENCE, what)
@@ -51,5 +51,5 @@ def wait_until(what, condition):
 
 
 def heading_of(pose):
-    """Yaw (rad) of a geometry_msgs/Pose of a robot on the floor."""
+    """Return the yaw (rad) of a geometry_msgs/Pose of a robot on the floor."""
     return 2 * math.atan2(pose.orientation.z, pose.orientation.w)

@@ -1,4 +1,4 @@
-"""`test/check_code.py`: what mypy and flake8 find is counted, and so is an ignore that says too little."""
+"""`test/check_code.py` counts the findings of mypy and flake8, and each ignore that gives no reason."""
 
 import pathlib
 import sys
@@ -35,7 +35,7 @@ class Tree:
         monkeypatch.setattr(check_code, "ROOT", folder)
 
     def check(self, text, prints="", status=0, name="mypy"):
-        """Check the file with a tool that prints this: exit status, good cases, bad ones, ignores."""
+        """Check the file with a tool that prints this. Returns exit status, passes, findings and ignores."""
         (self.folder / "code.py").write_text(text)
         (self.folder / "stand_in.py").write_text("import sys; print(%r); sys.exit(%d)" % (prints, status))
         real = check_code.tools

@@ -1,4 +1,4 @@
-"""What the documents say is so: tables agree with the code they describe, links lead somewhere."""
+"""The documents are true: tables agree with the code that they describe, and links lead somewhere."""
 
 import ast
 import dataclasses
@@ -38,7 +38,7 @@ def read(path: pathlib.Path) -> str:
 
 
 def rows(text: str, chapter: str) -> List[List[str]]:
-    """The cells of the first table in a chapter (its heading), without the two lines of the table's head."""
+    """Return the cells of the first table in a chapter (its heading), without the two lines of the table's head."""
     part = re.split(r"^#+ %s\n" % re.escape(chapter), text, maxsplit=1, flags=re.MULTILINE)
     lines = re.search(r"(?:^\|.*\n)+", part[1], re.MULTILINE).group().splitlines() if len(part) > 1 else []
     return [[cell.strip() for cell in line.strip("|").split(" |")] for line in lines[2:]]
@@ -47,8 +47,8 @@ def rows(text: str, chapter: str) -> List[List[str]]:
 # Parameters: driver/parameters.py is the source.
 
 def parameter_row(entry: dataclasses.Field) -> List[str]:
-    """What the table is to say of a parameter: name, type, unit, default as in YAML, what is legal, meaning,
-    whether it may change.
+    """Return the row of a parameter: name, type, unit, default as in YAML, what is legal, meaning, whether it may
+    change.
     """
     kind, unit, meaning, live = (entry.metadata[key] for key in ("kind", "unit", "meaning", "live"))
     default = "auto" if entry.default is None else entry.default
@@ -64,7 +64,7 @@ def parameter_row(entry: dataclasses.Field) -> List[str]:
 
 
 def test_every_parameter_has_its_row():
-    """Where this fails, the wanted rows are in the message: they belong into docs/driver.md."""
+    """When this fails, the message has the rows that docs/driver.md needs."""
     wanted = [parameter_row(entry) for entry in dataclasses.fields(DriverParameters)]
     assert rows(read(DOCS / "driver.md"), "Parameters") == wanted
 
@@ -90,7 +90,7 @@ def test_the_readmes_parameters_are_rows_of_that_table():
 # Models: robots/models.yaml is the source.
 
 def test_the_table_of_models_is_what_the_command_prints():
-    """`python3 -m pioneer_control.robots` prints the table that belongs into docs/models.md."""
+    """`python3 -m pioneer_control.robots` prints the table that docs/models.md must have."""
     text, models = read(DOCS / "models.md"), load_table()
     assert "\n".join(table(models.models)) in text
     assert [name for name in [*models.aliases, *models.excluded] if "`%s`" % name not in text] == []
@@ -199,7 +199,7 @@ def test_the_readme_names_every_launch_file_and_arguments_that_it_has():
 
 @pytest.mark.parametrize("path", sorted((ROOT / "launch").iterdir()), ids=lambda path: path.name)
 def test_a_launch_file_tells_what_each_argument_is(path):
-    """roslaunch --ros-args shows it."""
+    """roslaunch --ros-args shows the description."""
     arguments = ElementTree.parse(path).getroot().findall("arg")
     assert [argument.get("name") for argument in arguments if argument.get("value") is None and
             not argument.get("doc")] == []
@@ -211,7 +211,7 @@ SHOWN_BY = [path for folder in ("test", "bench") for path in (ROOT / folder).rgl
 
 
 def missing_tests(cell: str) -> List[str]:
-    """Files and tests that a cell names and that are not there: "test_pick.py: `test_held_is_...`, `test_3`"."""
+    """Return files and tests that a cell names and that do not exist: "test_pick.py: `test_held_is_...`, `test_3`"."""
     missing = []
     for named in cell.split("; "):
         file, *tests = re.findall(r"[\w/]+\.py|test_\w+", named) or [""]
@@ -237,14 +237,14 @@ def test_what_is_not_there_is_seen(cell, missing):
 # Links
 
 def anchors(text: str) -> List[str]:
-    """Where links into a document can lead: its headings, as GitHub spells them."""
+    """Return the targets of links into a document: its headings, as GitHub spells them."""
     headings = re.findall(r"^#+ +(.+?) *$", re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL),
                           re.MULTILINE)
     return [re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings]
 
 
 def dead_links(path: pathlib.Path, text: str) -> List[str]:
-    """Relative links that lead to no file, or to no heading of it."""
+    """Return relative links to a missing file or heading."""
     dead = []
     for link in re.findall(r"\]\(([^)\s]+)\)", text):
         place, _, anchor = link.partition("#")
@@ -263,7 +263,7 @@ def test_links_lead_somewhere(path):
 
 
 def test_every_document_can_be_found():
-    """From the README, in a few steps."""
+    """A few links lead from the README to every document."""
     found, new = set(), {ROOT / "README.md"}
     while new:
         found |= new
@@ -284,7 +284,7 @@ def test_a_dead_link_is_seen(link, is_dead):
 # What a program of the reader's imports is there.
 
 def missing_imports(text: str) -> List[str]:
-    """What the Python blocks of a document import from this package, and it does not have."""
+    """Return what the Python blocks of a document import from this package, and the package does not have."""
     missing = []
     for block in re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
         for module, names in re.findall(r"^from (pioneer_control\S*) import ([\w, ]+)", block, re.MULTILINE):
@@ -301,7 +301,7 @@ def missing_imports(text: str) -> List[str]:
 
 
 def names_in(path: pathlib.Path) -> Set[str]:
-    """The names that a module defines or imports at its top."""
+    """Return the names that a module defines or imports at its top."""
     found = set()
     for node in ast.parse(read(path)).body:
         if isinstance(node, (ast.FunctionDef, ast.ClassDef)):

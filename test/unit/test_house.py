@@ -1,4 +1,5 @@
-"""The house stands as designed: who may import whom, what an import drags in, the oldest Python, names that agree."""
+"""The rules of the package: which file may import which, what an import loads, the oldest Python, and names that agree.
+"""
 
 import ast
 import collections
@@ -59,7 +60,9 @@ class Import(NamedTuple):
 
 
 def imports(text: str, package: str) -> Iterator[Import]:
-    """Every module a source text of ``package`` (dotted) imports, wherever in the text; relative ones made absolute."""
+    """Return every module that a source text of ``package`` (dotted) imports, anywhere in the text. Relative names
+    become absolute.
+    """
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Import):
             for alias in node.names:
@@ -74,7 +77,7 @@ def imports(text: str, package: str) -> Iterator[Import]:
 
 
 def trespasses(path: str, text: str) -> List[str]:
-    """What a file (path in the package, with /) imports although its place in the house forbids it."""
+    """Return what a file (path in the package, with /) imports although the rules forbid it."""
     package = ".".join(["pioneer_control"] + path.split("/")[:-1])
     room = path.split("/")[0].replace(".py", "")
     allowed = ROOMS[room] | {room, "errors"}
@@ -100,13 +103,13 @@ def package_files() -> List[pathlib.Path]:
 
 
 def all_python_files() -> List[pathlib.Path]:
-    """Every Python file of the repository, programs without an ending included."""
+    """Return every Python file of the repository, also programs without an ending."""
     files = [path for folder in ("src", "test", "bench") for path in (ROOT / folder).rglob("*.py")]
     return sorted(files + [path for path in (ROOT / "nodes").glob("*") if path.is_file()]) + [ROOT / "setup.py"]
 
 
 def text_files() -> List[pathlib.Path]:
-    """What the repository holds, as far as it is text."""
+    """Return the text files of the repository."""
     listing = subprocess.run(["git", "-C", str(ROOT), "ls-files", "-z"], stdout=subprocess.PIPE).stdout.decode()
     files = [ROOT / name for name in listing.split("\0") if name]
     if not files:       # there is no git to ask: a tarball
@@ -166,7 +169,7 @@ Texts = Dict[str, str]
 
 
 def package_texts() -> Texts:
-    """Every file of the package."""
+    """Return the text of every file of the package."""
     found = {}
     for path in sorted(PACKAGE.rglob("*.py")):
         parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
@@ -175,7 +178,9 @@ def package_texts() -> Texts:
 
 
 def imported_files(texts: Texts) -> Dict[str, Set[str]]:
-    """Which files each file imports, wherever in it, if only for its types. A file does not import its own folder."""
+    """Return the files that each file imports, anywhere in it, also for types only. A file does not import its own
+    folder.
+    """
     found = {}
     for name, text in texts.items():
         is_folder = any(other.startswith(name + ".") for other in texts)
@@ -187,7 +192,7 @@ def imported_files(texts: Texts) -> Dict[str, Set[str]]:
 
 
 def circle(graph: Dict[str, Set[str]]) -> List[str]:
-    """Files that import each other in a circle, in their order; empty when there is none."""
+    """Return files that import each other in a circle, in their order. Empty when there is no circle."""
     done: Set[str] = set()
 
     def walk(path: List[str]) -> List[str]:
@@ -208,13 +213,13 @@ def circle(graph: Dict[str, Set[str]]) -> List[str]:
 
 
 def classes(texts: Texts) -> List[Tuple[str, ast.ClassDef]]:
-    """Every class with the file that it is in."""
+    """Return every class with its file."""
     return [(name, node) for name, text in texts.items() for node in ast.walk(ast.parse(text))
             if isinstance(node, ast.ClassDef)]
 
 
 def repeated_classes(texts: Texts) -> List[str]:
-    """Names that more than one class has, and where."""
+    """Return the names that more than one class has, and their files."""
     places: Dict[str, List[str]] = {}
     for file, node in classes(texts):
         places.setdefault(node.name, []).append(file)
@@ -222,14 +227,14 @@ def repeated_classes(texts: Texts) -> List[str]:
 
 
 def last_name(node: ast.expr) -> str:
-    """The last word of ``a.b.Word``, ``Word[...]`` or ``Word(...)``."""
+    """Return the last word of ``a.b.Word``, ``Word[...]`` or ``Word(...)``."""
     while isinstance(node, (ast.Call, ast.Subscript)):
         node = node.func if isinstance(node, ast.Call) else node.value
     return node.attr if isinstance(node, ast.Attribute) else getattr(node, "id", "")
 
 
 def is_record(node: ast.ClassDef) -> bool:
-    """Whether it holds values and nothing else: a NamedTuple, an enumeration, a frozen dataclass."""
+    """Return whether a class only has values: a NamedTuple, an enumeration, a frozen dataclass."""
     frozen = any(isinstance(each, ast.Call) and last_name(each) == "dataclass" and
                  any(word.arg == "frozen" and getattr(word.value, "value", None) is True for word in each.keywords)
                  for each in node.decorator_list)
@@ -238,7 +243,7 @@ def is_record(node: ast.ClassDef) -> bool:
 
 
 def attributes_of(node: ast.ClassDef) -> Set[str]:
-    """What is assigned in the body of a class, or to ``self`` in one of its methods."""
+    """Return the names that are assigned in the body of a class, or to ``self`` in one of its methods."""
     def names(target: ast.expr) -> Iterator[str]:
         if isinstance(target, (ast.Tuple, ast.List, ast.Starred)):
             for each in getattr(target, "elts", None) or [target.value]:
@@ -259,12 +264,15 @@ def attributes_of(node: ast.ClassDef) -> Set[str]:
 
 
 def methods_of(node: ast.ClassDef) -> Set[str]:
-    """Names of its methods and properties."""
+    """Return the names of its methods and properties."""
     return {each.name for each in node.body if isinstance(each, (ast.FunctionDef, ast.AsyncFunctionDef))}
 
 
 def large_classes(texts: Texts) -> List[str]:
-    """Classes that hold too much, and how much. What they inherit from classes of this package counts as theirs."""
+    """Return the classes that have too many attributes or methods, and the numbers.
+
+    Inherited ones count, if the base class is in this package.
+    """
     known = {node.name: node for _, node in classes(texts)}
 
     def with_bases(node: ast.ClassDef) -> List[ast.ClassDef]:
@@ -282,7 +290,9 @@ def large_classes(texts: Texts) -> List[str]:
 
 
 def undocumented(texts: Texts) -> List[str]:
-    """What is public and has no docstring: files, classes, functions, methods. A method's may be its base class's."""
+    """Return what is public and has no docstring: files, classes, functions, methods. A method may have the docstring
+    of a base class.
+    """
     known = {node.name: node for _, node in classes(texts)}
 
     def told_by_a_base(owner: ast.AST, name: str) -> bool:
@@ -304,7 +314,8 @@ def undocumented(texts: Texts) -> List[str]:
 
 
 def untrue_fronts(texts: Texts) -> List[str]:
-    """Files and folders that the front of their folder does not name, and what a front lists that is not there."""
+    """Return the files and folders that the docstring of their folder does not name, and names in it that do not exist.
+    """
     found = []
     for folder, text in texts.items():
         present = {name[len(folder) + 1:] for name in texts if name.startswith(folder + ".")}
@@ -426,7 +437,7 @@ def test_a_front_that_is_not_true_is_seen():
 # --- What else holds ---
 
 def loaded_by(module: str) -> Set[str]:
-    """The top-level modules in memory after importing one, in a Python of its own."""
+    """Return the top-level modules in memory after importing one module in a new Python process."""
     code = "import sys, %s; print(*{name.split('.')[0] for name in sys.modules})" % module
     done = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, check=True)
     return set(done.stdout.decode().split())
@@ -458,7 +469,7 @@ def test_later_syntax_is_seen():
 
 
 def repeated_names(paths):
-    """The file names that stand in more than one folder: pytest cannot load both in one run."""
+    """Return the file names that are in more than one folder. pytest cannot load both in one run."""
     counts = collections.Counter(path.name for path in paths)
     return sorted(name for name, count in counts.items() if count > 1)
 
@@ -474,7 +485,7 @@ def test_two_files_of_one_name_are_seen():
 
 @pytest.mark.parametrize("path", sorted((ROOT / "nodes").glob("*")), ids=lambda path: path.name)
 def test_nodes_are_thin(path):
-    """A node imports and calls; what it does lives in the package. The tutorial's two are the lesson itself."""
+    """A node imports and calls, and the package does the work. The two nodes of the tutorial are the lesson itself."""
     if path.is_file():
         assert len(path.read_text().splitlines()) <= (80 if path.name.startswith("rosPioneer") else 20)
 
@@ -487,7 +498,9 @@ def test_versions_agree():
 
 
 def test_package_xml_names_what_the_code_imports():
-    """Whatever ROS package or library the sources import, package.xml says so; and each message package is imported."""
+    """package.xml names every ROS package and library that the sources import, and every message package in it is
+    imported.
+    """
     manifest = ElementTree.parse(ROOT / "package.xml").getroot()
     named = {element.text for element in manifest if element.tag.endswith("depend")}
     keys = {"numpy": "python3-numpy", "serial": "python3-serial", "yaml": "python3-yaml", "PIL": "python3-pil",
@@ -500,7 +513,7 @@ def test_package_xml_names_what_the_code_imports():
 
 
 def test_no_paths_of_somebodys_machine():
-    """The repository reads the same wherever it lies."""
+    """The repository has the same content wherever it is."""
     machine = re.compile(r"/(?:home|work|Users)/[a-z]+/|/roo[t]/|/tmp/(?!pioneer)[a-z-]+/")
     assert machine.search("/home/" + "somebody/catkin_ws")
     found = ["%s: %s" % (path.relative_to(ROOT), machine.search(path.read_text(encoding="utf-8")).group())

@@ -1,4 +1,4 @@
-"""Ctrl-C while a program imports what it needs: it ends, and shows nobody a traceback."""
+"""Ctrl-C while a program imports modules: it ends, and shows no traceback."""
 
 import os
 import pathlib
@@ -25,7 +25,7 @@ sys.meta_path.insert(0, CtrlC)
 
 
 def ended(code, *arguments):
-    """How a program ends, and what it says of that."""
+    """Return how a program ends, and its output."""
     environment = dict(os.environ, PYTHONPATH=str(ROOT / "src"))
     done = subprocess.run([sys.executable, "-c", code, *arguments], env=environment, stderr=subprocess.PIPE,
                           universal_newlines=True)
@@ -33,7 +33,8 @@ def ended(code, *arguments):
 
 
 def scripts():
-    """The nodes whose imports take long enough for a Ctrl-C: not the one that only becomes RViz."""
+    """Return the nodes whose imports take long enough for a Ctrl-C. The node that only becomes RViz is not one of them.
+    """
     slow = re.compile(r"^(from|import) (rospy|pioneer_control(?!\.interrupt\b))", re.MULTILINE)
     return sorted(path for path in (ROOT / "nodes").iterdir() if path.is_file() and slow.search(path.read_text()))
 

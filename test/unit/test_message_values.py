@@ -1,4 +1,4 @@
-"""What values in messages mean."""
+"""The meaning of values in messages."""
 
 import math
 
@@ -10,7 +10,7 @@ from pioneer_control.p2os import GripperCommand
 
 @pytest.mark.parametrize("degrees", [0, 1, -1, 90, -90, 135, 179.9, -179.9, 180, 270, 361])
 def test_a_heading_is_right_whichever_way_it_turns(degrees):
-    """Row 14 of the tutorial's corrections: the original handed a message to a function that wants a sequence."""
+    """Row 14 of the tutorial's corrections: the original gave a message to a function that needs a sequence."""
     difference = heading_of(*quaternion_of(math.radians(degrees))) - math.radians(degrees)
     assert math.remainder(difference, 2 * math.pi) == pytest.approx(0.0, abs=1e-12)
 
@@ -29,7 +29,9 @@ def test_a_robot_that_tilts_has_not_turned(axis):
 
 
 def test_commands_are_the_robots_own_and_no_status():
-    """Row 25 of them: the original's bare 1 to 6 meant one thing as a command, another as a status."""
+    """Row 25 of the tutorial's corrections: the original used 1 to 6 with one meaning for commands and another for
+    status.
+    """
     assert [int(each) for each in GripCommand] == [
         GripperCommand.OPEN, GripperCommand.CLOSE, GripperCommand.STOP,
         GripperCommand.STORE, GripperCommand.DEPLOY, GripperCommand.HALT, GripperCommand.PRESSURE]

@@ -1,4 +1,4 @@
-"""`./pioneer` with stand-ins for apt, sudo, catkin and roslaunch: what it calls, what it says, how it ends."""
+"""`./pioneer` with stand-ins for apt, sudo, catkin and roslaunch: what it calls, what it prints, how it ends."""
 
 import os
 import pathlib
@@ -44,7 +44,7 @@ TOOLS = {
 
 
 class Clone:
-    """A copy of what the script needs of the repository, in a directory of any name."""
+    """Copy what the script needs of the repository to a directory of any name."""
 
     def __init__(self, folder, name):
         self.folder, self.tools = folder / name, folder / "tools"
@@ -73,7 +73,7 @@ class Clone:
             stdin=stdin, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
 
     def run(self, *arguments, **environment):
-        """Run to the end: (exit status, everything printed)."""
+        """Run to the end. Returns (exit status, everything printed)."""
         with self.start(*arguments, **environment) as process:
             output = process.communicate(timeout=60)[0]
         return process.returncode, output
@@ -155,7 +155,7 @@ def test_a_user_who_may_not_is_told_what_is_missing(clone):
 
 @pytest.fixture
 def noetic(tmp_path):
-    """A stand-in for /opt/ros/noetic that has every ROS package package.xml names, but tf."""
+    """A stand-in for /opt/ros/noetic that has every ROS package of package.xml, except tf."""
     prefix = tmp_path / "opt" / "noetic"
     for name in named_by_package_xml() - {"tf"}:
         (prefix / "share" / name).mkdir(parents=True)
@@ -248,7 +248,7 @@ def test_a_run_in_which_a_program_failed_is_a_failure(clone):
 
 @pytest.mark.parametrize("failing", [{}, {"DYING": "1"}])
 def test_a_run_that_never_moved_leaves_no_bag(clone, failing):
-    """As that of a world that does not exist."""
+    """A run in a world that does not exist never moves."""
     status, output = clone.run("run", MISTAKEN="1", **failing)
     assert status == 1
     assert "Nothing is kept" in output and "picture" not in output
@@ -292,7 +292,7 @@ def test_a_taken_port_is_left_to_whom_has_it(clone):
 
 
 def ignore_interrupts():
-    """What a shell without job control does to a program it starts with &."""
+    """Do what a shell without job control does to a program that it starts with &."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
@@ -387,7 +387,7 @@ BUILD_TOOLS = {"cmake", "make", "g++", "python3-typeshed", "rosbash", "librostes
 
 
 def test_the_list_of_packages_agrees_with_package_xml():
-    """RViz alone is not in the list: only `run --rviz` installs it."""
+    """Only RViz is not in the list: `run --rviz` installs it."""
     assert {BROUGHT_BY.get(name, name) for name in named_by_package_xml() -
             {"rviz"}} | BUILD_TOOLS == set(debian_packages())
 

@@ -1,4 +1,5 @@
-"""`test/run_all.py` with stand-ins for the suites: what runs beside what, what hangs, what fails, and who ends whom."""
+"""`test/run_all.py` with stand-ins for the suites: what runs side by side, what hangs, what fails, and what ends what.
+"""
 
 import os
 import pathlib
@@ -18,7 +19,7 @@ LIMIT = 30.0        # s: generous; nothing waits that long
 
 
 class NoInterruption:
-    """Nobody interrupts."""
+    """An Interruption that never happens."""
 
     def __bool__(self):
         return False
@@ -37,7 +38,7 @@ def until(condition):
 
 @pytest.fixture
 def run(tmp_path, capsys):
-    """Run suites as one stage; returns the statuses left, and what was printed."""
+    """Run suites as one stage. Returns the statuses, and the output."""
     def run_stage(*suites, at_once=1, limit=LIMIT):
         stage = run_all.Stage("some tests", list(suites), at_once)
         run_all.run(stage, tmp_path / "results", tmp_path / "logs", NoInterruption(), limit)
@@ -61,7 +62,7 @@ def test_the_end_of_a_bad_suites_log_is_shown(run):
 
 
 def test_suites_run_beside_each_other(run, tmp_path):
-    """Each waits for the other's file."""
+    """Each suite waits for the file of the other."""
     meet = "touch {0}/{1}; until [ -e {0}/{2} ]; do sleep 0.01; done"
     pair = (suite(one, meet.format(tmp_path, one, other)) for one, other in ("ab", "ba"))
     statuses, _ = run(*pair, at_once=2)
@@ -100,7 +101,7 @@ def is_alive(pid):
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_an_interrupted_run_ends_all_in_order_and_starts_no_more(tmp_path, number):
-    """In a process of its own, whose suites are replaced by two that run and one that waits."""
+    """It runs in a process of its own. Its suites are replaced by two that run and one that waits."""
     (tmp_path / "logs").mkdir()
     program = """
 import pathlib, sys

@@ -1,4 +1,4 @@
-"""The last line of `./pioneer test` tells the truth."""
+"""The last line of `./pioneer test` is true."""
 
 import pathlib
 import sys
@@ -24,7 +24,7 @@ def write_suite(results, kind, name, cases, status="0", report="rosunit-x.xml"):
 
 @pytest.fixture
 def results(tmp_path):
-    """A run in which everything is fine: one test of each kind."""
+    """Return the results of a run without failures: one test of each kind."""
     for kind in summary.KINDS:
         write_suite(tmp_path, kind, "suite", GOOD)
     return tmp_path

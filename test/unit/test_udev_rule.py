@@ -1,6 +1,4 @@
-"""The udev rule that gives the robot's port its name: every line is one that udev understands,
-and does what the file says.
-"""
+"""The udev rule that gives the robot's port its name. udev understands every line, and each does what the file says."""
 
 import pathlib
 import re
@@ -17,8 +15,8 @@ WITH_ATTRIBUTE = {"ATTRS", "ATTR", "ENV"}
 
 
 def tokens(line):
-    """The parts of a rule. Raises ValueError for one that udev would complain of,
-    or that only compares or only sets.
+    """Return the parts of a rule. Raises ValueError for a rule that udev would reject, or that only compares or only
+    sets.
     """
     found = []
     for part in line.split(","):

@@ -20,7 +20,7 @@ SQUARE = [(0.36, -0.2), (0.36, 0.2), (-0.3, 0.2), (-0.3, -0.2)]
 
 @functools.lru_cache(maxsize=None)
 def message_class(name, package="pioneer_control"):
-    """A message class with the definition of ours, under any package's name: what an old bag holds."""
+    """Return a message class with the definition of ours under any package's name, as an old bag has it."""
     text = (MESSAGES / ("%s.msg" % name)).read_text()
     parts = [text]
     for field in (line.split("#")[0].split() for line in text.splitlines()):
@@ -144,7 +144,7 @@ def room(width, depth, resolution=0.05):
 
 
 def write_bag(path, messages, compression="none", latched=()):
-    """A bag of (topic, message, seconds); topics in ``latched`` were published so."""
+    """Write a bag of (topic, message, seconds). The topics in ``latched`` were published as latched."""
     with rosbag.Bag(str(path), "w", compression=compression) as bag:
         for topic, message, seconds in messages:
             header = dict(topic=topic, type=message._type, md5sum=message._md5sum,
@@ -155,9 +155,9 @@ def write_bag(path, messages, compression="none", latched=()):
 
 
 def driven(start=(1.0, 1.0, 0.0), seconds=10, speed=0.1, name="pioneer", drift=0.0):
-    """(topic, message, seconds) of a robot that drives straight on in a room, picks up a can and puts it down.
+    """Return (topic, message, seconds) of a robot that drives straight on in a room, picks up a can and puts it down.
 
-    ``drift`` is how many m its odometry falls short of each m driven.
+    ``drift`` is how far (m) its odometry falls short for each metre driven.
     """
     topic = "/%s/%%s" % name if name else "/%s"
     begin = 1000.0
@@ -177,7 +177,8 @@ def driven(start=(1.0, 1.0, 0.0), seconds=10, speed=0.1, name="pioneer", drift=0
 
 
 def eventful(name="pioneer", seconds=20):
-    """(topic, message, seconds) of a `driven` robot to whom everything happens that a Run knows: 1000 s is its begin.
+    """Return (topic, message, seconds) of a `driven` robot that meets every kind of event that a Run has. It begins at
+    1000 s.
     """
     topic, begin = "/%s/%%s" % name, 1000.0
     told = {topic % "pose", topic % "sonar", topic % "gripper_state"}
@@ -209,7 +210,8 @@ def eventful(name="pioneer", seconds=20):
 
 
 def unclosed(path, messages, compression="none", chunk=4096):
-    """A bag whose recorder was killed: (topic, message, seconds) without an index, the last chunk without its length.
+    """Return a bag whose recorder was killed: (topic, message, seconds) without an index, the last chunk without its
+    length.
     """
     writer = rosbag.Bag(str(path), "w", compression=compression, chunk_threshold=chunk)
     for topic, message, seconds in messages:

@@ -25,7 +25,7 @@ VALUES = {
 
 
 def old_message(name, package):
-    """A message of a package, every field of it filled."""
+    """Return a message of a package with a value in every field."""
     message = make.message_class(name, package)()
     for path, value in VALUES[name].items():
         *steps, last = path.split(".")
@@ -37,7 +37,7 @@ def old_message(name, package):
 
 
 def serialized(message):
-    """What goes over the line and into the bag."""
+    """Return the bytes of a message, as they are on the line and in a bag."""
     buffer = io.BytesIO()
     message.serialize(buffer)
     return buffer.getvalue()

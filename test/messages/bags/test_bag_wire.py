@@ -1,4 +1,4 @@
-"""From a bag to the text form of a line, and what is said of bags in which something is missing."""
+"""From a bag to the text form of a line, and the messages about bags in which something is missing."""
 
 import genpy
 import genpy.dynamic
@@ -14,7 +14,7 @@ BEGIN = 1795285845
 
 
 def piece(seq, after, to_robot, data):
-    """A message of wire, ``after`` s."""
+    """Return a message of wire, ``after`` s."""
     message = message_class("Wire")(to_robot=to_robot, data=data)
     message.header.seq, message.header.stamp = seq, genpy.Time.from_sec(BEGIN + after)
     return message
@@ -25,7 +25,7 @@ PIECES = [piece(1, 0.0, True, SYNC0), piece(2, 0.0125, False, SYNC0[:2]), piece(
 
 
 def wire_bag(path, pieces, topic="/pioneer/wire"):
-    """The bag also holds what every bag holds."""
+    """Return a bag with these messages and those that every bag has."""
     return write_bag(path, sorted([*driven(seconds=1),
                                    *((topic, each, 1000.0 + each.header.stamp.to_sec() - BEGIN) for each in pieces)],
                                   key=lambda message: message[2]))

@@ -1,4 +1,4 @@
-"""What a Run has of a bag in which everything happens, and of runs without end."""
+"""The content of a Run from a bag in which everything happens, and from runs without end."""
 
 import math
 
@@ -20,7 +20,7 @@ from pioneer_control.bags.run import TOPICS, read_run
 
 @pytest.fixture
 def run_of(tmp_path):
-    """Writes messages to a bag and reads the run."""
+    """Write messages to a bag and read the run."""
     return lambda messages, **options: read_run(make.write_bag(tmp_path / "run.bag", messages), **options)
 
 
@@ -30,7 +30,7 @@ def eventful(tmp_path_factory):
 
 
 def since(values):
-    """Seconds since the begin of a made run."""
+    """Return the seconds since the begin of a made run."""
     return [round(float(value) - 1000.0, 1) for value in values]
 
 
@@ -206,7 +206,7 @@ class TestRobots:
 
 
 class TestShared:
-    """Several simulated robots have one world, and one recording has one description."""
+    """Several simulated robots share one world, and one recording has one description."""
 
     def test_what_is_around_the_robot_counts_where_it_has_none_of_its_own(self, run_of):
         poses = [("/lab/%s/pose" % name, make.odometry(0.0, 0.0, 0.0), 1.0) for name in ("a", "b")]
@@ -254,7 +254,7 @@ class TestDamage:
 
 
 def other(name, package="pioneer_control", definition="int32 foo\n"):
-    """A message under a name of ours, with another definition."""
+    """Return a message that has one of our names, and another definition."""
     return genpy.dynamic.generate_dynamic("%s/%s" % (package, name), definition)["%s/%s" % (package, name)]()
 
 
@@ -284,7 +284,7 @@ class TestOtherFields:
             run_of([("/pioneer/pose", other("Odometry", "nav_msgs"), 1000.0)])
 
     def test_an_array_that_fills_the_memory(self, run_of):
-        """A definition may ask for room that nobody has; the message of it is 4 bytes."""
+        """A definition may ask for more memory than a computer has. A message of this type is 4 bytes long."""
         small = other("Stall", definition="int32 a\n")
         small.__class__._full_text = "int32 a\nfloat64[99999999999] much\n"
         assert "could not be understood" in run_of([*make.driven(seconds=1), ("/pioneer/stall", small, 1000.5)]).damage
@@ -302,7 +302,7 @@ def test_velocities_that_are_none(run_of, number):
 
 
 class TestBounded:
-    """However long a run, what is kept of it is not."""
+    """The size of what is kept of a run does not depend on its length."""
 
     @pytest.fixture(autouse=True)
     def few(self, monkeypatch):

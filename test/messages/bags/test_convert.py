@@ -1,4 +1,4 @@
-"""Bags of p2os made into bags with standard messages: what is made, what is kept, and files that are damaged."""
+"""Bags of p2os are converted to bags with standard messages: new messages, kept messages, and damaged files."""
 
 import dataclasses
 import errno
@@ -37,14 +37,14 @@ ALL = tuple(CONVERSIONS)
 
 
 def sonar_array(readings, package="p2os_msgs", frame="", stamp=0.0):
-    """An array of 16 with no echo but for these: number -> m."""
+    """Return an array of 16 ranges, all without echo except these: number -> m."""
     message = make.sonar([readings.get(number, 5.0) for number in range(16)], package)
     message.header.seq, message.header.frame_id, message.header.stamp = 7, frame, genpy.Time.from_sec(stamp)
     return message
 
 
 def driven(package="p2os_msgs", frame="", begin=1000.0, name=""):
-    """(topic, message, seconds) of two seconds of a p2os robot that nears a wall at 0.2 m/s."""
+    """Return (topic, message, seconds) of two seconds of a p2os robot that approaches a wall at 0.2 m/s."""
     for step in range(20):
         time = begin + step / 10
         pose = make.odometry(0.02 * step, 0.0, 0.0)
@@ -58,25 +58,25 @@ def driven(package="p2os_msgs", frame="", begin=1000.0, name=""):
 
 
 def read(path):
-    """(topic, connection, bytes, time) of all messages."""
+    """Return (topic, connection, bytes, time) of all messages."""
     reader = read_bag(str(path))
     return [tuple(message) for message in reader]
 
 
 def made(path, topic):
-    """The messages of a topic, with their times."""
+    """Return the messages of a topic, with their times."""
     return [(decode(connection, data), time / 1e9) for found, connection, data, time in read(path) if found == topic]
 
 
 @pytest.fixture
 def bag(tmp_path):
-    """Writes messages to a bag and gives its path."""
+    """Write messages to a bag and return its path."""
     return lambda messages, **options: make.write_bag(tmp_path / "old.bag", messages, **options)
 
 
 @pytest.fixture
 def converted(tmp_path, capsys):
-    """Converts a bag; gives the path of the new one, the exit code, and what was said."""
+    """Convert a bag. Returns the path of the new bag, the exit code, and the output."""
     def run(path, *arguments):
         code = main([str(path), str(tmp_path / "new.bag"), *arguments])
         said = capsys.readouterr()
@@ -87,7 +87,7 @@ def converted(tmp_path, capsys):
 class TestKept:
     @pytest.mark.parametrize("compression", ["none", "bz2", "lz4"])
     def test_types_have_our_name_and_all_else_is_as_it_was(self, tmp_path, converted, compression):
-        """Several publishers and types on one topic, latched ones, both old packages, ours and an unknown type."""
+        """Several publishers and types on one topic, latched messages, both old packages, ours, and an unknown type."""
         writer = BagWriter(str(tmp_path / "old.bag"), compression)
         messages = [old_message(name, package) for name in VALUES
                     for package in (*OLD_PACKAGES, "pioneer_control", "my_msgs")]
@@ -156,7 +156,7 @@ class TestMade:
             assert line in said
 
     def test_what_is_made_says_what_the_driver_says(self, bag, converted):
-        """The states of a robot as the driver sends them, and as they come out of the array alone."""
+        """Converts the states of a robot as the driver sends them, and states that are made from the array alone."""
         states, heard = [], {}
         for step in range(12):
             time = 100.0 + step / 10
@@ -222,7 +222,7 @@ class TestMade:
 
     @pytest.mark.parametrize("gripper", [False, True])
     def test_a_robot_of_a_model_says_so_as_the_driver_would(self, bag, converted, gripper):
-        """A bag that was converted needs no model any more, and draws and runs as one of ours."""
+        """A converted bag needs no model any more. It is drawn and replayed like one of ours."""
         path, code, said = converted(bag(driven(name="/alice")), "--model", "p2dx", "info",
                                      *(["--gripper"] if gripper else []), "--replace")
         (info, _), = made(path, "/alice/robot_info")
@@ -337,7 +337,7 @@ class TestSonar:
         assert [reading.age for reading in history.readings([1.0], SONAR[:1], 50.0)] == [0.0]
 
     def test_scan(self):
-        """A wall ahead and one to the left, nothing behind; nobody looks to the right."""
+        """A wall is ahead and another to the left. Nothing is behind, and no sonar looks to the right."""
         scan = sonar_scan([(2.0, 0.0), (1.0, 0.0), (3.0, 0.0), (0.0, 1.5)], [SONAR[12]], SONAR, genpy.Time(1),
                           "base_link")
         angles = [scan.angle_min + index * scan.angle_increment for index in range(len(scan.ranges))]
@@ -443,7 +443,7 @@ class TestFiles:
         assert got == code and text in said and sorted(entry.name for entry in tmp_path.iterdir()) == ["old.bag"]
 
     def test_a_full_disk_when_the_last_is_written(self, monkeypatch, tmp_path, bag, converted):
-        """As seen with a limit on the size of files."""
+        """The error that occurs when the size of files is limited."""
         program = ("import resource, signal, sys; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
                    "resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000));from "
                    "pioneer_control.bags.converting.convert import main; sys.exit(main(sys.argv[1:]))")

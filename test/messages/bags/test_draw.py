@@ -1,4 +1,4 @@
-"""Pictures, looked at through matplotlib's objects."""
+"""Pictures, checked through matplotlib's objects."""
 
 import subprocess
 import sys
@@ -19,7 +19,7 @@ PNG = b"\x89PNG\r\n\x1a\n"
 
 @pytest.fixture
 def drawn(tmp_path):
-    """Draws messages; gives the axes."""
+    """Draw messages, and return the axes."""
 
     def drawn(messages, title=None):
         sheet = page.figure(read_run(make.write_bag(tmp_path / "run.bag", messages)), title)
@@ -30,22 +30,22 @@ def drawn(tmp_path):
 
 
 def labels(axes):
-    """What the legend could name."""
+    """Return all labels that the legend could have."""
     return axes.get_legend_handles_labels()[1]
 
 
 def line(axes, label):
-    """x and y of the line of a label."""
+    """Return x and y of the line with a label."""
     return dict(zip(*reversed(axes.get_legend_handles_labels())))[label].get_xydata()
 
 
 def texts(axes):
-    """All that is written beside and on the drawing."""
+    """Return all texts beside and on the drawing."""
     return [text.get_text() for text in axes.texts + axes.figure.texts]
 
 
 def without(messages, *names):
-    """Messages but those of topics with these last names."""
+    """Return the messages except those of topics with these last names."""
     return [entry for entry in messages if entry[0].rsplit("/", 1)[1] not in names]
 
 

@@ -1,4 +1,4 @@
-"""What the launch files, the URDF and the RViz configuration say, without starting anything."""
+"""The content of the launch files, the URDF and the RViz configuration. Nothing is started."""
 
 import pathlib
 import shlex
@@ -19,7 +19,7 @@ COMMANDS = "cmd_vel", "cmd_motor_state", "gripper_control"
 
 
 def node(launch, *arguments):
-    """The only node of a launch file."""
+    """Return the only node of a launch file."""
     (only,) = load_config_default([(str(ROOT / "launch" / launch), list(arguments))], None, verbose=False).nodes
     return only
 
@@ -74,7 +74,7 @@ class TestShape:
 
     @staticmethod
     def boxes(urdf, link):
-        """(centre, size) of each box of a link, in the link's frame."""
+        """Return (centre, size) of each box of a link, in the link's frame."""
         visuals = urdf.findall("link[@name='%s']/visual" % link)
         return [
             (np.fromstring(visual.find("origin").get("xyz"), sep=" "),

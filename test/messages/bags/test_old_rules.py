@@ -19,8 +19,8 @@ TOPICS = [(package, name) for package in OLD_PACKAGES for name in VALUES]
 
 
 def rosbag_knows_rules():
-    """Not every one does: with Python 3.13 it looks in vain, in locals(), for the class that it has just executed
-    (Debian 13, rosbag 1.17).
+    """Return whether this rosbag finds rules. With Python 3.13 rosbag 1.17 (Debian 13) does not: it looks in locals()
+    for a class that it has just executed.
     """
     try:
         MessageMigrator([], plugins=False).make_update_rule(Header, Header)
@@ -41,7 +41,7 @@ def migrator():
 
 @pytest.fixture
 def run():
-    """Runs a command of rosbag; gives its exit code and all it wrote."""
+    """Run a command of rosbag. Returns its exit code and its output."""
     def rosbag_command(*arguments):
         done = subprocess.run(["rosbag", *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                               stdin=subprocess.DEVNULL, text=True)
@@ -50,14 +50,14 @@ def run():
 
 
 def content(path):
-    """(topic, type, bytes, time, latching) of every message of a bag, in order."""
+    """Return (topic, type, bytes, time, latching) of every message of a bag, in order."""
     with rosbag.Bag(str(path)) as bag:
         return [(topic, raw[0], raw[1], time.to_nsec(), connection["latching"])
                 for topic, raw, time, connection in bag.read_messages(raw=True, return_connection_header=True)]
 
 
 def mixed():
-    """(topic, message, seconds): all nine messages of each old package, with ours and others among them."""
+    """Return (topic, message, seconds): all nine messages of each old package, with ours and others between them."""
     seconds = 10.0
     for repeat in range(2):
         for package, name in TOPICS:
@@ -92,20 +92,22 @@ class TestRules:
 
     @pytest.mark.parametrize("package, name", TOPICS)
     def test_a_rule_keeps_every_value(self, migrator, package, name):
-        """rosbag applies none where the md5 is the same; somebody's message that contains one of these may make it."""
+        """rosbag applies no rule when the md5 is the same. A user's message may contain one of these messages, and then
+        needs the rule.
+        """
         rule = migrator.rulechains["%s/%s" % (package, name)].rename
         made = rule.apply(old_message(name, package))
         assert made._type == rule.new_type and serialized(made) == serialized(old_message(name, package))
 
     def test_rosbag_finds_them_by_itself_where_rosdep_is_set_up(self, monkeypatch):
-        """Only then does it know which packages depend on rosbag."""
+        """Without rosdep, rosbag does not know which packages depend on rosbag."""
         import rospkg
         monkeypatch.setattr(rospkg.RosPack, "get_depends_on", lambda self, name,
                             implicit=True: ["pioneer_control"] * (name == "rosbag"))
         assert set(MessageMigrator().rulechains) == {"%s/%s" % (package, name) for package, name in TOPICS}
 
     def test_another_definition_has_no_rule(self, migrator):
-        """Of the name of an old message, but with a field more."""
+        """The message has the name of an old message, but one field more."""
         import genpy.dynamic
         name = "p2os_msgs/MotorState"
         other = genpy.dynamic.generate_dynamic(name, "int32 state\nint32 more\n")[name]
@@ -141,7 +143,7 @@ class TestCommands:
         assert code == 0 and "rules missing" in said, "it exits with 0 either way: what it says is what counts"
 
     def test_the_header_of_the_first_releases(self, run, tmp_path):
-        """Bags of the days when Header was of roslib."""
+        """In the bags of the first releases, Header belongs to roslib."""
         import genpy.dynamic
         text = make.message_class("SonarArray", "p2os_driver")._full_text.replace("std_msgs/Header", "roslib/Header")
         sonar = genpy.dynamic.generate_dynamic("p2os_driver/SonarArray", text)["p2os_driver/SonarArray"](ranges=[1.0])
@@ -154,7 +156,8 @@ class TestCommands:
             ("pioneer_control/SonarArray", serialized(sonar))]
 
     def test_a_type_that_nobody_knows(self, run, tmp_path):
-        """It stops `rosbag fix`, which leaves an empty file; with --force it is kept as it is."""
+        """`rosbag fix` stops at an unknown type and leaves an empty file. With --force it keeps the messages unchanged.
+        """
         messages = [("/sonar", old_message("SonarArray", "p2os_msgs"), 1.0),
                     ("/mine", make.message_class("DIO", "my_msgs")(), 2.0)]
         old = make.write_bag(tmp_path / "old.bag", messages)
@@ -166,7 +169,7 @@ class TestCommands:
 
 
 def test_package_xml_tells_rosbag_where_they_are():
-    """rosbag takes them from there by itself, where rosdep is set up."""
+    """rosbag finds the rules in package.xml by itself where rosdep is set up."""
     manifest = ElementTree.parse(ROOT / "package.xml").getroot()
     assert [element.get("migration_rule_file")
             for element in manifest.findall("export/rosbag")] == [RULES.relative_to(ROOT).as_posix()]

@@ -1,4 +1,4 @@
-"""Bags read front to back: held equal to rosbag on good ones, and on each damaged one to what can be read of it."""
+"""Bags read from front to back. Good bags must give what rosbag gives, and damaged bags all that can still be read."""
 
 import bz2
 import itertools
@@ -23,13 +23,13 @@ PADDING = range(200, 4110)  # of the file's first record: spaces that nobody rea
 
 
 def texts(count):
-    """(topic, message, seconds): texts on two topics, a second apart, no two alike."""
+    """Return (topic, message, seconds): texts on two topics, a second apart, all different."""
     return [("/even" if number % 2 == 0 else "/odd", String("text %04d" % number), 100.0 + number)
             for number in range(count)]
 
 
 def small(path, compression="none", count=7, chunk=200):
-    """A bag of some texts in several chunks; its bytes."""
+    """Return the bytes of a bag with some texts in several chunks."""
     with rosbag.Bag(str(path), "w", compression=compression, chunk_threshold=chunk) as bag:
         for topic, message, seconds in texts(count):
             bag.write(topic, message, genpy.Time.from_sec(seconds))
@@ -37,13 +37,13 @@ def small(path, compression="none", count=7, chunk=200):
 
 
 def only(*topics):
-    """What says of a connection whether its topic is one of a few."""
+    """Return a function that says whether the topic of a connection is one of a few."""
     return lambda connection: connection.topic in topics
 
 
 @pytest.fixture
 def read(tmp_path):
-    """Reads bytes as a bag: (topic, data, time) of each message, and the damage."""
+    """Read bytes as a bag. Returns (topic, data, time) of each message, and the damage."""
 
     def read(content, **options):
         path = tmp_path / "read.bag"
@@ -55,13 +55,15 @@ def read(tmp_path):
 
 
 def by_rosbag(path):
-    """The same of rosbag."""
+    """Read the same with rosbag."""
     with rosbag.Bag(str(path)) as bag:
         return [(topic, raw[1], time.to_nsec()) for topic, raw, time in bag.read_messages(raw=True)]
 
 
 def apart(messages):
-    """The same messages, no two at one time: rosbag does not say in which order it gives those."""
+    """Return the same messages with different times. rosbag does not say in which order it returns messages of one
+    time.
+    """
     return [(topic, message, seconds + 1e-6 * number) for number, (topic, message, seconds) in enumerate(messages)]
 
 
@@ -224,7 +226,8 @@ class TestCut:
     @pytest.mark.parametrize("compression", COMPRESSIONS)
     @pytest.mark.parametrize("closed", [True, False])
     def test_at_every_byte(self, tmp_path, read, compression, closed):
-        """Never an exception, never another message, and of a longer piece never less; uncompressed, all that is whole.
+        """The reader never raises and never returns a wrong message. A longer piece never gives fewer messages. Without
+        compression, it returns all whole messages.
         """
         if closed:
             content = small(tmp_path / "run.bag", compression)
@@ -265,9 +268,8 @@ class TestCut:
 class TestDamage:
     @pytest.mark.parametrize("compression", COMPRESSIONS)
     def test_bytes_flipped(self, tmp_path, read, compression):
-        """Never an exception.
-
-        At most one message differs or is missing, or those of one chunk. The reader says so when one is missing.
+        """The reader never raises. At most one message, or the messages of one chunk, differ or are missing. When one
+        is missing, the reader says so.
         """
         content = small(tmp_path / "run.bag", compression)
         whole, _ = read(content)
@@ -284,7 +286,7 @@ class TestDamage:
 
     @pytest.mark.parametrize("compression", COMPRESSIONS)
     def test_random_damage(self, tmp_path, read, compression):
-        """Never an exception, and no message twice."""
+        """The reader never raises, and returns no message twice."""
         chance = random.Random(5)
         content = small(tmp_path / "run.bag", compression, count=40)
         for _ in range(100):
@@ -331,7 +333,7 @@ class TestDamage:
 
     @pytest.mark.parametrize("compression", COMPRESSIONS)
     def test_an_index_that_is_elsewhere_still_describes(self, tmp_path, read, compression):
-        """The chunk with the connections is lost, and the index moved: by bytes that are missing."""
+        """The chunk with the connections is lost, and missing bytes have moved the index."""
         content = small(tmp_path / "run.bag", compression, count=40)
         first = content.index(b"\x04\0\0\0op=\x05") + 40
         messages, damage = read(content[:first] + content[first + 100:])
@@ -363,7 +365,9 @@ class TestDamage:
         assert len(list(reader)) == 20 and reader.begin == 100 * 10**9
 
     def test_a_piece_of_a_compressed_chunk_is_no_record(self, tmp_path, read):
-        """lz4 leaves bytes that do not repeat as they are: a header among them is followed by what it is not."""
+        """lz4 copies bytes that do not repeat. So a compressed chunk may contain a header that is followed by other
+        bytes.
+        """
         content = small(tmp_path / "run.bag", "lz4", count=40)
         whole, _ = read(content)
         header = content.index(b"compression=lz4")
@@ -380,7 +384,7 @@ class TestDamage:
         assert len(messages) <= 2 and len(messages) + (damage != "") >= 2
 
     def test_a_few_bytes_that_become_very_many_at_once(self, monkeypatch):
-        """3 kB of bz2 can be 4 GB, all of them of one piece that is read."""
+        """3 kB of bz2 can be 4 GB, all of them in one piece that is read."""
         monkeypatch.setattr(form, "LARGEST_CHUNK", 10_000)
         data = bz2.compress(bytes(50_000_000))
         chunk = form.BagRecord(0, form.CHUNK, {b"compression": b"bz2"}, 0, 0, 0, len(data))
@@ -414,7 +418,7 @@ class TestDamage:
 
 
 class TestIndex:
-    """What is wrong in an index, or in the lists behind the chunks, loses no message, and is said."""
+    """Errors in an index, or in the lists behind the chunks, lose no message, and are reported."""
 
     @pytest.fixture
     def content(self, tmp_path):
@@ -422,7 +426,7 @@ class TestIndex:
 
     @staticmethod
     def records(content, op):
-        """The records of a kind, but for those in chunks."""
+        """Return the records of a kind, except those in chunks."""
         found = form.records(form.source_of_bytes(content), PADDING.stop + 7)
         return [record for record in found if record.op == op]
 
@@ -534,7 +538,8 @@ class TestNoBags:
 
 class TestMemory:
     def test_what_waits_to_be_put_in_order_is_bounded(self, tmp_path, monkeypatch):
-        """A bag without index, all of it within a second: nothing may come late, but not everything can wait."""
+        """A bag without index, all of it within a second. No message may come late, but not all messages can be held.
+        """
         monkeypatch.setattr(reading, "HELD", 100_000)
         path = make.unclosed(tmp_path / "run.bag.active",
                              [("/text", String("x" * 1000), 1.0 + 1e-6 * number) for number in range(1000)],
@@ -553,7 +558,7 @@ class TestMemory:
 
     @pytest.mark.parametrize("closed", [True, False])
     def test_time_that_stands(self, tmp_path, monkeypatch, closed):
-        """Simulated time that nobody moves: the order is that of the file, and still not everything can wait."""
+        """Nobody moves simulated time. The order is that of the file, but not all messages can be held."""
         monkeypatch.setattr(reading, "HELD", 100_000)
         messages = [("/text", String("%04d" % number * 250), 5.0) for number in range(1000)]
         write = make.write_bag if closed else make.unclosed
@@ -562,7 +567,7 @@ class TestMemory:
         assert len(order) == 1000 and order == sorted(order)
 
     def test_headers_are_no_bags(self, tmp_path):
-        """A message that holds a header of a bag is a message like any other."""
+        """A message that contains the header of a bag is an ordinary message."""
         inner = small(tmp_path / "inner.bag").decode("latin-1")
         path = make.write_bag(tmp_path / "run.bag", [("/text", String(inner), 1.0), ("/header", Header(), 2.0)])
         assert [message.topic for message in read_bag(path)] == ["/text", "/header"]

@@ -1,4 +1,6 @@
-"""Recording without a master: what the launch file asks for, which topics are kept, what a recording says of itself."""
+"""Recording without a master: what the launch file requests, which topics are kept, and how a recording describes
+itself.
+"""
 
 import contextlib
 import datetime
@@ -36,7 +38,7 @@ MADE = RecordingPlan(("a", "b"), ("/a/pose", "/b/pose", "/a/wire", "/tf"), ("/a/
 
 
 def node(*arguments):
-    """The recorder of record.launch."""
+    """Return the recorder node of record.launch."""
     (only,) = load_config_default([(str(ROOT / "launch" / "record.launch"), list(arguments))], None,
                                   verbose=False).nodes
     return only
@@ -76,12 +78,12 @@ class TestLaunchFile:
 
 
 class TestDocument:
-    """docs/recording.md names what there is."""
+    """docs/recording.md names all topics, arguments and files."""
 
     text = (ROOT / "docs" / "recording.md").read_text(encoding="utf-8")
 
     def rows(self, head):
-        """Names in the first column of the table with this head."""
+        """Return the names in the first column of the table that has this head."""
         table = self.text.split("| %s |" % head)[1].split("\n\n")[0]
         return [name for row in table.splitlines()[2:] for name in re.findall("`(.*?)`", row.split(" |")[0])]
 
@@ -101,9 +103,8 @@ class TestClosedTerminal:
 
     @pytest.fixture
     def begun(self, tmp_path, monkeypatch):
-        """Starts a recorder until it has forked, with a given handler of SIGHUP.
-
-        Gives the handlers of SIGHUP afterwards: (the recorder's, its attendant's).
+        """Start a recorder until it has forked, with a given handler of SIGHUP. Returns the handlers of SIGHUP
+        afterwards: (the recorder's, its attendant's).
         """
 
         def begun(before):
@@ -198,7 +199,7 @@ class TestDescription:
     @pytest.mark.parametrize("parameters", ["a: &a [1]\n  b: [*a, *a, *a]", "a: " + "[" * 5000, "day: 2026-99-99"],
                              ids=["aliases", "deep", "date"])
     def test_texts_that_no_recorder_wrote(self, parameters):
-        """Nine lines with aliases can be a thousand million values on the parameter server."""
+        """Nine lines with aliases can become a thousand million values on the parameter server."""
         with pytest.raises(UsageError, match="no description of a recording"):
             description.description_of("recording: {}\nparameters:\n  %s\n" % parameters)
 
@@ -230,7 +231,7 @@ class TestDescription:
 
 
 class TestDescriptions:
-    """When it is said again."""
+    """When the description of a recording is published again."""
 
     @pytest.fixture
     def said(self):
@@ -271,21 +272,22 @@ class TestDescriptions:
 
 
 def part_begin(number):
-    """ns at which a part of a recording begins."""
+    """Time (ns) at which a part of a recording begins."""
     return (100 + 100 * number) * 10 ** 9
 
 
 @pytest.mark.parametrize("release", ["rosbag 1.15", "rosbag 1.17"])
 class TestParts:
-    """Read together, parts have what was published.
+    """All parts together have exactly what was published.
 
-    They do not have what rosbag only repeats in each part: the first message of each publisher that latches.
+    The reader leaves out what rosbag repeats in each part: the first message of each publisher that latches.
     """
 
     @pytest.fixture
     def write(self, tmp_path, release):
-        """Writes a part as rosbag of that release does: what it repeats, and (topic, text, publisher[, time in ns]), a
-        second apart.
+        """Write a part as this release of rosbag does.
+
+        It has the messages that rosbag repeats, and (topic, text, publisher[, time in ns]), a second apart.
         """
 
         def connection(bag, topic, publisher, latching="1"):
@@ -295,7 +297,7 @@ class TestParts:
             return bag.connect(topic, header)
 
         def write(number, repeated, *messages, plain=()):
-            """`repeated`: (topic, text, publisher); `plain`: the topics that do not latch."""
+            """Write a part. `repeated` has (topic, text, publisher), and `plain` has the topics that do not latch."""
             path = str(tmp_path / ("x_%d.bag" % number))
             bag, begin = BagWriter(path), part_begin(number)
             for topic, text, publisher in repeated:
@@ -339,9 +341,8 @@ class TestParts:
         assert self.texts(first, second) == ["one", "two", "two", "one"]
 
     def test_what_the_first_part_repeats_of_itself_is_no_news(self, write):
-        """What comes before rosbag has opened the file is in it twice, the earlier time behind the later one.
-
-        This was seen on a busy machine.
+        """A message that comes before rosbag has opened the file is in it twice, the earlier time behind the later one.
+        This happens on a busy machine.
         """
         first = write(0, [("/a", "one", "/p")], ("/a", "one", "/p", part_begin(0) - 10 ** 9), ("/a", "one", "/p"),
                       ("/b", "one", "/p"))
@@ -369,7 +370,8 @@ class TestParts:
         assert self.texts(first, write(1, [], ("/a", "one", "/p"), plain=["/a"])) == ["one", "one"]
 
     def test_in_simulated_time_that_stands(self, write):
-        """Everything has one time: what came before the repeated message, what is repeated, and what came after it."""
+        """Everything has one time: the message before the repeated one, the repeated message, and the message after it.
+        """
         first = write(0, [], ("/stop", "off", "/p"), ("/stop", "on", "/p"))
         second = write(1, [("/stop", "off", "/p")], ("/c", "x", "/p", part_begin(1)),
                        ("/stop", "off", "/p", part_begin(1)), plain=["/c"])
@@ -406,11 +408,11 @@ class TestSilent:
 
 
 class TestBegins:
-    """The recorder waits for a time; nobody may believe meanwhile that it records."""
+    """The recorder waits for a start time. Meanwhile it must not look as if it already records."""
 
     def told(self, monkeypatch, tmp_path, time, moments, appears=None):
-        """What is said within so many moments, the last of them the end, when the bag appears in one of them; and
-        whether it began.
+        """Return what is printed within so many moments, and whether recording began. The bag appears in one of these
+        moments, and the last moment is the end.
         """
         monkeypatch.setattr(attendant, "BEGIN", 0.0)
         monkeypatch.setattr(attendant.rospy, "get_time", lambda: time)
@@ -439,7 +441,7 @@ class TestBegins:
 class TestLookingBack:
     @pytest.fixture
     def last_words(self, monkeypatch):
-        """The severity and the text of the last words about a plan, with so many bytes free on the disk."""
+        """Return the severity and text of the last message about a plan, when the disk has so many free bytes."""
 
         def last_words(plan, free):
             said = []

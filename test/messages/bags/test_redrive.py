@@ -1,4 +1,6 @@
-"""What a bag tells of a robot that was driven, and which simulated robot is made of that: bag files, no master."""
+"""What a bag tells about a driven robot, and which simulated robot is made from it. The tests use bag files and no
+master.
+"""
 
 from dataclasses import fields
 
@@ -101,7 +103,7 @@ class TestWhatTheBagTells:
 
 @pytest.mark.parametrize("strange", [TwistStamped(), String("forward"), MotorState(1)])
 def test_what_is_somebody_elses_is_left_out(tmp_path, strange):
-    """Under a name of ours, with other fields."""
+    """The message has one of our names, but other fields."""
     others = [("/pioneer/%s" % name, strange, 1001.0)
               for name in ("cmd_vel", "gripper_control", "robot_info", "ground_truth")]
     with pytest.raises(BagError, match="no robot was told anything"):
@@ -135,20 +137,21 @@ class TestWhatIsAsked:
 
     @pytest.mark.parametrize("word", ["--into=real", "--port=/dev/ttyUSB0", "--motors=true"])
     def test_there_is_no_way_to_a_real_robot(self, word, capsys):
-        """Nothing looks where recorded velocities go."""
+        """redrive offers no way to a real robot: nobody checks where recorded velocities lead."""
         with pytest.raises(SystemExit):
             parser_of("", "", redrive.OPTIONS).parse_args(["x.bag", word])
         assert "unrecognized arguments: " + word in capsys.readouterr().err
 
     @pytest.mark.parametrize("name", ["", "/", "//", "a b", "a//b", "1st", "~x"])
     def test_a_name_that_is_none(self, bag, name):
-        """At its end all parameters below it are removed: of "/" those of everybody."""
+        """At the end, all parameters below the name are removed. For "/" these would be the parameters of all programs.
+        """
         with pytest.raises(UsageError, match="--name .* is not legal"):
             self.given(bag, "--name=%s" % name)
 
 
 class TestABagThatAsksForTooMuch:
-    """Bags that were never driven, or whose driver limited what they ask for."""
+    """Bags without driving, or whose driver limited the commanded velocities."""
 
     @staticmethod
     def asked(tmp_path, velocities, before=()):
@@ -175,7 +178,7 @@ class TestABagThatAsksForTooMuch:
 
 
 class TestWhatIsKnownOfTheDriver:
-    """It is written twice, for bags use no driver: it must not differ."""
+    """These facts are written twice, because bags/ does not import the driver. Both places must agree."""
 
     def test_how_long_a_velocity_counts(self):
         row = LIVE["cmd_vel_timeout"]
@@ -198,7 +201,7 @@ class TestTrimmed:
     track = Track(np.array([0.0, 10.0, 11.0]), np.array([0.0, 1.0, 3.0]), np.zeros(3), np.zeros(3))
 
     def test_it_begins_where_the_robot_was_just_then(self):
-        """A run keeps few places of a robot that goes straight."""
+        """A run has only a few places of a robot that drives straight on."""
         assert redrive.trimmed(self.track, 5.0).time.tolist() == [5.0, 10.0, 11.0]
         assert redrive.trimmed(self.track, 5.0).x.tolist() == [0.5, 1.0, 3.0]
 

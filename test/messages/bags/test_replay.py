@@ -1,4 +1,4 @@
-"""Bringing a bag back: which topics are commands, where they go instead, and what `rosbag play` is told."""
+"""Replaying a bag: which topics are commands, where they go instead, and the arguments of `rosbag play`."""
 
 import os
 import pathlib
@@ -22,7 +22,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[3]
 
 @pytest.fixture
 def bag(tmp_path):
-    """Two robots and a joystick."""
+    """Return a bag with two robots and a joystick."""
     told = [("/alice/cmd_vel", Twist(), 1.0), ("/bob/cmd_wheels", WheelVelocities(), 1.1),
             ("cmd_motor_state", MotorState(), 1.2),
             ("/joy", Joy(), 1.3), ("/base/velocity", Twist(), 1.4), ("/alice/pose", make.odometry(0, 0, 0), 1.5)]
@@ -127,7 +127,7 @@ class TestFiles:
 
     @pytest.mark.parametrize("given", ["~/run_0.bag ~/run_2.bag", "~/run_0.bag"])
     def test_a_home_is_found(self, folder, tmp_path, monkeypatch, given):
-        """No shell knows it behind bag:=."""
+        """The shell does not expand ~ behind bag:=."""
         monkeypatch.setenv("HOME", str(tmp_path))
         assert bag_files(given) == given.replace("~", str(tmp_path)).split()
 
@@ -198,7 +198,7 @@ class TestMain:
         ["way:=look"],
     ])
     def test_what_was_meant_for_roslaunch_is_refused(self, capsys, words):
-        """Without a word a robot drove at its full speed."""
+        """Without this error, the argument would be ignored and the robot would drive at full speed."""
         assert replay.main(words) == 2
         assert "%s: this is the form for roslaunch" % words[-1] in capsys.readouterr().err
 
@@ -215,7 +215,7 @@ class TestMain:
         assert words[:8] == ["rosrun", "rosbag", "play", "--clock", *commands.QUEUE, "-l", "__name:=play_bag", bag]
 
     def test_the_namespace_of_the_shell_is_not_the_bags(self, bag, monkeypatch):
-        """A topic `cmd_vel` without a slash would be that of whoever lives there."""
+        """A topic `cmd_vel` without a slash would belong to any program in that namespace."""
         namespaces = []
         monkeypatch.setenv("ROS_NAMESPACE", "/live")
         monkeypatch.setattr(os, "execvp", lambda file, words: namespaces.append(os.environ.get("ROS_NAMESPACE")))

@@ -1,4 +1,5 @@
-"""The bag that a re-run or a re-drive keeps, and programs that end: no master, but where one is killed."""
+"""The bag that a re-run or a re-drive keeps, and programs that end. Only the test that kills a program needs a master.
+"""
 
 import contextlib
 import signal

@@ -1,4 +1,6 @@
-"""What a bag tells of a program that commanded, and what a comparison comes to: bag files, no master."""
+"""What a bag tells about a program that gave commands, and the result of a comparison. The tests use bag files and no
+master.
+"""
 
 import bag_factory as make
 import genpy
@@ -29,7 +31,7 @@ def twist(linear, angular=0.0):
 
 
 def write(path, messages, caller=PROGRAM):
-    """As make.write_bag, with the name of who published."""
+    """Like make.write_bag, with the name of each publisher."""
     with rosbag.Bag(str(path), "w") as bag:
         for topic, message, seconds in messages:
             header = dict(topic=topic, type=message._type, md5sum=message._md5sum,
@@ -39,7 +41,7 @@ def write(path, messages, caller=PROGRAM):
 
 
 def live_of(path, robot, program):
-    """A re-run before anything is started."""
+    """Return a re-run before any program is started."""
     return rerun.Rerun(parser_of("", "", rerun.OPTIONS).parse_args([path, "--robot", robot, "--program", program]))
 
 

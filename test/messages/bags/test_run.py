@@ -1,4 +1,4 @@
-"""Bags, good and bad, read into arrays."""
+"""Good and bad bags, read into arrays."""
 
 import math
 
@@ -20,12 +20,12 @@ FROZEN = {  # from upstream-compatible bags: the md5 is what lets them play into
 
 @pytest.fixture
 def bag(tmp_path):
-    """Writes messages to a bag and gives its path."""
+    """Write messages to a bag and return its path."""
     return lambda messages: make.write_bag(tmp_path / "run.bag", messages)
 
 
 def without(messages, *names):
-    """Messages but those of topics with these last names."""
+    """Return the messages except those of topics with these last names."""
     return [entry for entry in messages if entry[0].rsplit("/", 1)[1] not in names]
 
 

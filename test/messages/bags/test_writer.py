@@ -1,4 +1,4 @@
-"""What the writer of bags writes, read by rosbag and by our reader."""
+"""The output of our bag writer, read by rosbag and by our reader."""
 
 import subprocess
 
@@ -14,7 +14,7 @@ MOTORS = old_message("MotorState", "pioneer_control")
 
 
 def header(message, caller, latching="0"):
-    """Fields of a connection as a recorder has them."""
+    """Return the fields of a connection as a recorder has them."""
     return dict(topic="/topic", type=message._type, md5sum=message._md5sum, message_definition=message._full_text,
                 callerid=caller, latching=latching)
 
@@ -64,7 +64,7 @@ def test_the_commands_of_rosbag_read_it(bag):
 
 
 def test_memory_is_that_of_a_chunk(tmp_path):
-    """Nothing is kept of messages that are written."""
+    """The writer keeps no message after it is written."""
     writer = BagWriter(str(tmp_path / "x.bag"))
     connection = writer.connect("/topic", header(SONAR, "/one"))
     for count in range(3 * CHUNK_SIZE // 100):

@@ -1,7 +1,7 @@
 """The whole driver in a bottle: DriverNode, its client and a simulated robot in one thread and in simulated time.
 
-No master, no sockets, no waiting: lists replace rospy's publishers, subscribers and services, and the line turns the
-clock.
+There is no master, no socket and no waiting. Lists replace rospy's publishers, subscribers and services. The line moves
+the clock.
 """
 
 import inspect
@@ -32,8 +32,8 @@ FOREVER = 60.0      # s: no script is that long
 class Bottle:
     """One run of the driver.
 
-    ``script`` is a generator function of the bottle. It yields the seconds to wait next, looks at what happened, and
-    acts through send(), call() and the firmware; at its end ROS shuts down. It begins when the robot is ready.
+    ``script`` is a generator function that gets this object. It yields the seconds to wait, looks at what happened, and
+    acts through send(), call() and the firmware. It begins when the robot is ready. When it ends, ROS shuts down.
     """
 
     def __init__(self, monkeypatch, script, firmware=None, caller="/somebody", before=None, **given):
@@ -74,16 +74,16 @@ class Bottle:
         self._topics[topic](message)
 
     def connect_anew(self):
-        """Somebody else of the same name sends what comes next."""
+        """The next messages come from another publisher of the same name."""
         self._connections.clear()
 
     def call(self, service, *values):
-        """Call a service. One that waits for the robot must be called from a thread of its own."""
+        """Call a service. Call a service that waits for the robot in a separate thread."""
         kind, handler = self._services[service]
         return handler(kind._request_class(*values))
 
     def unplug(self, for_a_moment=False):
-        """Pull the cable; for a moment: the next try to open the port works again."""
+        """Pull the cable for a moment: the next attempt to open the port works again."""
         self._plugged = for_a_moment
         self.line.lost = True
 
@@ -92,7 +92,7 @@ class Bottle:
         self._plugged = True
 
     def open(self, url, baud):
-        """What the client opens instead of a port."""
+        """Return the line to the robot. The client calls this instead of opening a port."""
         if not self._plugged:
             for _ in range(round(BACK_OFF / STEP)):
                 self.pass_time(STEP)
@@ -104,16 +104,16 @@ class Bottle:
         return [message for _, message in self.published[topic]]
 
     def commands(self, *names):
-        """What the robot was told by these commands: (s since it was ready, value)."""
+        """Return the values of these commands that the robot got: (s since it was ready, value)."""
         return [(time - self.ready_at, value) for time, name, value in self.heard if name in names]
 
     def says(self, text):
-        """Whether the log has a line with this text."""
+        """Return whether the log has a line with this text."""
         return any(text in line for _, line in self.said)
 
     @property
     def warned(self):
-        """All warnings."""
+        """Return all warnings."""
         return "\n".join(text for level, text in self.said if level == "warn")
 
     # The world around the driver
@@ -184,7 +184,7 @@ class Bottle:
         return sent
 
     def hear(self, data):
-        """Bytes for the robot."""
+        """Give bytes to the robot."""
         for frame in self._ear.feed(data):
             command = decode_command(frame)
             if command.name not in self.deaf_to:
@@ -193,9 +193,8 @@ class Bottle:
 
 
 class Line:
-    """A Transport of the client that reaches the bottle's robot: a serial port unless it has an address.
-
-    Waiting on it makes time pass.
+    """A Transport of the client to the bottle's robot. It is a serial port unless it has an address. Time passes while
+    the client waits on it.
     """
 
     def __init__(self, bottle, url, baud):

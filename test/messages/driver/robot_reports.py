@@ -1,4 +1,4 @@
-"""What the tests of the driver's messages start from: worked packets as states, and one state made by hand.
+"""States for the tests of the driver's messages: from worked packets, and one made by hand.
 
 Source: protocol sheet 4.5, 5.
 """
@@ -41,20 +41,20 @@ READING = client.GripperReading(*[False] * 12)
 
 
 def identity_of(subtype="p3dx-sh", name="fake", gripper=None, **config):
-    """A robot that says so much of itself in CONFIGpac; nothing at all without any of it."""
+    """Return the identity of a robot with these values in CONFIGpac, or without a CONFIGpac."""
     reply = p2os.SyncReply(name, "Pioneer", subtype)
     said = p2os.Config(type="Pioneer", subtype=subtype, serial="", **config) if config else None
     return identify(reply, find_model(subtype), said, has_gripper=gripper)
 
 
 def packet_of(text, grip_state_first=True):
-    """A packet from its bytes as hex."""
+    """Return a packet from its bytes as hex."""
     frame, = p2os.FrameDecoder().feed(bytes.fromhex(text))
     return p2os.decode_packet(frame, grip_state_first)
 
 
 def state_of(text, identity=None):
-    """The state of a robot that sent this SIP."""
+    """Return the state of a robot that sent this SIP."""
     identity = identity or identity_of()
     odometry = Odometry(identity.model.dist_mm_per_unit, identity.model.angle_units_per_rev)
     sip, reader = packet_of(text, identity.model.grip_state_first), StateReader(identity, odometry)
@@ -62,12 +62,12 @@ def state_of(text, identity=None):
 
 
 def received(message, kind):
-    """What a subscriber has of a message of this kind."""
+    """Return this message as a subscriber receives it."""
     return kind().deserialize(written(message, message.header.seq if hasattr(message, "header") else 0))
 
 
 def written(message, count):
-    """The bytes of a message that a subscriber gets, the ``count``-th of its topic."""
+    """Return the bytes that a subscriber gets for a message that is the ``count``-th of its topic."""
     if isinstance(message, prompt.PromptMessage):
         message.header.seq = count
         return message.serialized()
@@ -77,11 +77,11 @@ def written(message, count):
 
 
 def odometry_of(motion, stamp=STAMP, odom_frame="odom", base_link_frame="base_link", parameters=DriverParameters()):
-    """What a subscriber to `pose` has."""
+    """Return the Odometry that a subscriber to `pose` receives."""
     message = prompt.PoseMessage(odom_frame, base_link_frame, conversions.covariances(parameters))
     return received(message.of(motion, stamp), nav_msgs.msg.Odometry)
 
 
 def sonar_array_of(state, stamp=STAMP, base_link_frame="base_link"):
-    """What a subscriber to `sonar` has."""
+    """Return the SonarArray that a subscriber to `sonar` receives."""
     return received(conversions.sonar(state, stamp, base_link_frame), SonarArray)

@@ -1,4 +1,4 @@
-"""Which incoming messages are obeyed, and which are refused with what words."""
+"""Which incoming messages the driver obeys, and how it refuses the others."""
 
 import math
 
@@ -31,7 +31,7 @@ def gripper(grip, lift, grip_dir=0, lift_dir=0):
     ],
 )
 def test_gripper_numbers_become_commands_paddles_first(grip, lift, expected):
-    """A dir means nothing to commands without a value: p2os ignores it too."""
+    """p2os ignores dir for commands without a value, and so do we."""
     orders = [(command, None) for command in expected]
     assert gripper_orders(gripper(grip, lift)) == gripper_orders(gripper(grip, lift, 1, -1)) == orders
 

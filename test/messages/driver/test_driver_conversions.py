@@ -1,4 +1,4 @@
-"""State to messages: every field, by hand-made states with known numbers."""
+"""States to messages. Every field is checked with states made by hand."""
 
 import dataclasses
 import math

@@ -29,7 +29,9 @@ WIDE_MODEL = str(pathlib.Path(__file__).resolve().parents[2] / "data" / "wide-mo
 
 
 class Run(Bottle):
-    """The run in which the effects are seen: stand, switch the motors on, drive and fall silent, twice."""
+    """The run in which the effects are measured. Twice it stands, switches the motors on, drives, and then sends no
+    commands.
+    """
 
     def __init__(self, live: Optional[Mapping[str, Any]] = None, **options):
         self.live = live
@@ -41,7 +43,7 @@ class Run(Bottle):
             super().__init__(monkeypatch, Run.script, **options)
 
     def script(self):
-        """See the class."""
+        """Do what the docstring of the class says."""
         if self.live:
             self.call("~set_parameters", encode(self.live))
         yield IDLE
@@ -65,41 +67,42 @@ class Run(Bottle):
 
     @property
     def width(self) -> float:
-        """Of the robot's outline (m)."""
+        """Return the width of the robot's outline (m)."""
         return 2 * max(point.y for point in self.messages("robot_info")[-1].footprint.points)
 
     @property
     def frames(self):
-        """Of a pose."""
+        """Return the frames of a pose."""
         pose = self.messages("pose")[-1]
         return pose.header.frame_id, pose.child_frame_id
 
     def greatest(self, command: str) -> int:
-        """The greatest value the robot was told."""
+        """Return the greatest value that the robot was told."""
         return max(value for _, value in self.commands(command))
 
     def reaction(self) -> float:
-        """Seconds from the last velocity to the stop."""
+        """Return the time (s) from the last velocity to the stop."""
         return round(next(time for time, _ in self.commands("STOP") if time > self.silent_from) - self.silent_from, 1)
 
     def rise(self, axis: int) -> float:
-        """How fast the robot comes to speed, m/s^2 (axis 0) or rad/s^2 (1)."""
+        """Return how fast the robot speeds up, in m/s^2 (axis 0) or rad/s^2 (axis 1)."""
         rates = [(time, velocity[axis]) for time, velocity in self.velocities]
         begin, end = (next((time, rate) for time, rate in rates if rate > least) for least in (0.05, 0.25))
         return round((end[1] - begin[1]) / (end[0] - begin[0]), 1)
 
     def fall(self, axis: int) -> float:
-        """How fast it comes to rest, likewise."""
+        """Return how fast the robot slows down, in m/s^2 (axis 0) or rad/s^2 (axis 1)."""
         rates = [(time, velocity[axis]) for time, velocity in self.velocities]
         begin, end = (max((time, rate) for time, rate in rates if rate > least) for least in (0.25, 0.05))
         return round((begin[1] - end[1]) / (end[0] - begin[0]), 1)
 
     def signs_of_life(self) -> int:
-        """Packets to the robot while nothing is commanded."""
+        """Return the packets to the robot while nothing is commanded."""
         return sum(0.5 < time < IDLE - 0.1 for time, _ in self.commands("STOP", "PULSE"))
 
     def tells_of_the_wire(self) -> bool:
-        """Whether what the robot heard is on wire, up to the end of ROS; that is published on a thread of its own."""
+        """Return whether `wire` has all that the robot heard, up to the end of ROS. A separate thread publishes `wire`.
+        """
         heard, ends = [name for _, name, _ in self.heard], time.monotonic() + PATIENCE
 
         def said():
@@ -111,7 +114,7 @@ class Run(Bottle):
         return heard == said() + GOODBYE
 
     def variances(self, part: str, moving: bool):
-        """The first variance of pose or twist in messages of a robot that moves or stands."""
+        """Return the first variance of pose or twist in messages of a robot that moves or stands."""
         found = {getattr(message, part).covariance[0] for message in self.messages("pose")
                  if bool(message.twist.twist.linear.x or message.twist.twist.angular.z) == moving}
         variance, = found
@@ -119,7 +122,9 @@ class Run(Bottle):
 
 
 class Effect(NamedTuple):
-    """A row: a value other than the default, where its effect is seen, and what is seen with each of the two."""
+    """A row: another value than the default, the topic or wire that shows its effect, and what is seen with each of the
+    two.
+    """
 
     value: Any
     see: Callable[[Run], Any]
@@ -130,12 +135,12 @@ class Effect(NamedTuple):
 
 
 def setting(name: str, usual: Any, value: int) -> Effect:
-    """A number that the robot keeps."""
+    """Return the row of a setting that the robot keeps."""
     return Effect(value, lambda run: run.settings[name], usual, value)
 
 
 def variances(part: str, moving: bool, usual: float) -> Effect:
-    """A diagonal; the first of its numbers is looked at."""
+    """Return the row of a diagonal. The test looks at its first number."""
     return Effect([0.25] * 6, lambda run: run.variances(part, moving), usual, 0.25)
 
 
@@ -189,12 +194,12 @@ EFFECTS = {
 
 @functools.lru_cache(maxsize=None)
 def usual_run(*options) -> Run:
-    """With all parameters at their defaults; the same for all that have these options."""
+    """Return the run with default values of all parameters. All tests with the same options share it."""
     return Run(**dict(options))
 
 
 def check_effect(name: str, effect: Effect) -> None:
-    """See the effect of a parameter, and that it is not there without it."""
+    """Check that a parameter has its effect, and that the effect is not there without it."""
     assert effect.usual != effect.changed
     assert effect.see(usual_run(*effect.options.items())) == effect.usual
     assert effect.see(Run(**{name: effect.value}, **effect.options)) == effect.changed

@@ -1,4 +1,6 @@
-"""The worst for the whole driver, in simulated time: ill-timed requests, another robot at its cable, restless flags."""
+"""Hard cases for the whole driver, in simulated time: requests at bad moments, another robot on its cable, flags that
+change all the time.
+"""
 
 import pytest
 from bottle import Bottle
@@ -21,7 +23,7 @@ def run(monkeypatch):
 
 
 def lose_the_link(bottle, seconds):
-    """For a moment, which began so long ago."""
+    """Interrupt the link for a moment. The interruption began so long ago."""
     bottle.unplug(for_a_moment=True)
     if seconds:
         yield seconds

@@ -91,7 +91,7 @@ def sip(bottle, path):
 
 @pytest.fixture(params=[cmd_vel, sip])
 def followed(request, monkeypatch):
-    """What is followed, and its path; the robot drives, and all has been done before."""
+    """Return what is followed, and its path. The robot drives, and everything that happens only once has happened."""
     path = Trace()
 
     def script(bottle):
@@ -123,14 +123,16 @@ def test_a_reader_meets_these_files_in_this_order_and_no_others(followed):
 
 
 def knows(caller, file):
-    """Whether a file uses something of another by its name."""
+    """Return whether a file uses something of another file by its name."""
     names = ["pioneer_control." + each[:-3].replace("/", ".") for each in (caller, file)]
     used = vars(sys.modules[names[0]]).values()
     return any(getattr(each, "__module__", None) == names[1] for each in used)
 
 
 def test_no_call_climbs_back(followed):
-    """It goes to a file that comes later, or to one that the caller uses by its name: nobody is called back."""
+    """Each call goes to a later file, or to a file that the caller uses by its name. So no call goes back through a
+    callback.
+    """
     what, path = followed
     order = documented(what)
     climbs = [(caller, file, name) for caller, file, name in path.calls[1:]

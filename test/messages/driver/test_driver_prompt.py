@@ -25,7 +25,7 @@ PATIENCE = 20.0     # s for what happens at once
 
 
 class Transport:
-    """What rospy has for a subscriber: writing waits while the subscriber does not read."""
+    """A stand-in for rospy's connection to a subscriber. Writing waits while the subscriber does not read."""
 
     def __init__(self, smallest_buffer=False):
         self.socket, self.subscriber = socket.socketpair()
@@ -134,8 +134,8 @@ def test_its_thread_ends_with_the_connection():
 
 
 def test_a_connection_that_breaks_while_it_is_written_to_and_while_rospy_drops_it_is_no_deadlock():
-    """A subscriber that was killed is back at once: rospy drops its old connection, and holds a lock which a write
-    that fails needs too.
+    """A killed subscriber comes back at once. rospy drops its old connection, and holds a lock that a failed write
+    needs, too.
     """
     writes, drops = threading.Event(), threading.Event()
 
@@ -173,7 +173,7 @@ def test_a_connection_that_breaks_while_it_is_written_to_and_while_rospy_drops_i
 
 
 def test_what_is_written_in_the_middle_of_a_write_waits_its_turn():
-    """A signal handler that says something, on the thread that is just saying something else."""
+    """A signal handler publishes a message on the thread that is just publishing another one."""
     class Interrupted:
         def __init__(self, connected):
             self._socket = connected
@@ -195,7 +195,7 @@ def test_what_is_written_in_the_middle_of_a_write_waits_its_turn():
 
 @pytest.mark.parametrize("size", [700, 30000])
 def test_nobody_waits_for_a_subscriber_that_takes_crumbs(size):
-    """Over TCP, where a buffer that is empty may still be too small for a large message."""
+    """Over TCP an empty buffer may still be too small for a large message."""
     with socket.create_server(("127.0.0.1", 0)) as server:
         subscriber = socket.socket()
         subscriber.setsockopt(socket.IPPROTO_TCP, socket.TCP_MAXSEG, 536)
@@ -223,7 +223,7 @@ def test_all_else_is_asked_of_the_transport():
 
 @pytest.fixture
 def rospys_own(monkeypatch):
-    """What rospy has; put back afterwards."""
+    """Put rospy's own connection class back afterwards."""
     monkeypatch.setattr(rospy.topics, "QueuedConnection", rospy.topics.QueuedConnection)
     return rospy.topics.QueuedConnection
 

@@ -1,4 +1,4 @@
-"""What is advertised for which robot, and that nothing is made for a topic that nobody listens to."""
+"""Which topics are advertised for which robot. No message is made for a topic without a subscriber."""
 
 import dataclasses
 import math
@@ -23,7 +23,7 @@ LIMIT = 30.0        # s: generous; nothing waits that long
 
 
 class Publisher:
-    """A publisher whose listeners the test counts."""
+    """A publisher whose number of subscribers the test sets."""
 
     def __init__(self, name, message_class, subscriber_listener, queue_size, latch=False, tcp_nodelay=False):
         self.name, self.message_class, self.latch, self.tcp_nodelay = name, message_class, latch, tcp_nodelay
@@ -44,7 +44,7 @@ class Publisher:
 
 @pytest.fixture
 def topics(monkeypatch):
-    """The publishers that are advertised, by name."""
+    """Return the publishers that are advertised, by name."""
     Publisher.all = {}
     monkeypatch.setattr(publications.rospy, "Publisher", Publisher)
     monkeypatch.setattr(publications.rospy.Time, "now", lambda: rospy.Time(1000))
@@ -171,7 +171,7 @@ def test_nothing_is_made_for_nobody(driver, topics, monkeypatch):
 
 
 def newest(driver, topics, state):
-    """The messages that are made of this state, by topic."""
+    """Return the messages that are made from this state, by topic."""
     listen(topics)
     for topic in topics.values():
         topic.published.clear()

@@ -1,4 +1,4 @@
-"""Sonar to messages: what each transducer heard, as array, ranges and points, and the frames they are in."""
+"""Sonar to messages: the readings of each transducer as array, ranges and points, and the frames of the messages."""
 
 import dataclasses
 import math
@@ -20,7 +20,7 @@ STANDING = dataclasses.replace(STATE, linear=0.0, angular=0.0)
 
 
 def heard(state=STANDING, **readings):
-    """The state with these readings, s3=(range, age) for transducer 3."""
+    """Return the state with these readings, s3=(range, age) for transducer 3."""
     sonar = [None] * 16
     for name, (distance, age) in readings.items():
         sonar[int(name[1:])] = SonarRange(distance, state.time - age)
@@ -85,7 +85,7 @@ def test_the_cloud_is_laid_out_as_it_says():
 
 @pytest.mark.parametrize("linear, angular", [(0.5, 0.0), (-0.3, 0.0), (0.0, 1.5), (0.4, -1.0)])
 def test_an_older_echo_stays_in_the_world_while_the_robot_goes_on(linear, angular):
-    """Where a pole is, worked out from the circle that the robot drives."""
+    """The place of a pole is calculated from the circle that the robot drives."""
     age, steps = 0.3, 10000
     x = y = heading = 0.0
     for _ in range(steps):

@@ -1,6 +1,5 @@
-"""docs/driver.md and the README list what the driver really offers.
-
-That is: names and types of topics and services, and tasks of diagnostics.
+"""docs/driver.md and the README list what the driver really offers: names and types of topics and services, and the
+tasks of diagnostics.
 """
 
 import pathlib
@@ -25,7 +24,7 @@ SERVED = [(service.name, service.kind._type) for service in requests.SERVICES]
 
 
 def listed(text: str, chapter: str) -> List[Tuple[str, str]]:
-    """Name and type in the rows of the first table of a chapter; a type without package is ours."""
+    """Return name and type in the rows of the first table of a chapter. A type without a package is one of ours."""
     table = re.search(r"(?:^\|.*\n)+", text.partition("\n## %s\n" % chapter)[2], re.MULTILINE).group()
     return [(name, kind if "/" in kind else "pioneer_control/" + kind)
             for name, kind in re.findall(r"^\|(?: \w+ \|)? `([\w/]+)` \| ([\w/]+) \|", table, re.MULTILINE)]

@@ -1,5 +1,4 @@
-"""What the driver does with topics and services: on the robot's wire, in the answer, in the log.
-
+"""What the driver does for messages on topics and calls of services: on the robot's wire, in the answer, in the log.
 The whole driver runs, in simulated time.
 """
 
@@ -186,8 +185,8 @@ def test_enable_motors_on_start_says_why_not(run):
 
 
 def test_enable_motors_on_start_counts_for_no_later_connection_when_listeners_hear_of_the_first_too_late(run):
-    """As behind a master that hangs while topics are advertised: the link goes on meanwhile,
-    and may be another one by then.
+    """A master that hangs while topics are advertised delays the listeners. Meanwhile the link goes on, and may already
+    be another connection.
     """
     held_up = pytest.MonkeyPatch()
 
@@ -230,9 +229,8 @@ def test_wheel_velocities_drive_each_side_and_the_last_commander_wins(run):
 
 
 def test_as_many_velocities_may_wait_as_the_line_takes_in_a_row():
-    """The line takes those that go at once, and one that waits.
-
-    If fewer may wait, rospy drops one that would have had its turn. If more may wait, old ones go first.
+    """The line takes the velocities that go at once, and one that waits. If fewer may wait in rospy, rospy drops one
+    that would be sent. If more may wait, old ones go first.
     """
     written = []
     line = Line(None, ())

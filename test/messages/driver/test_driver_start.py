@@ -1,6 +1,5 @@
-"""What a start of the driver loads.
-
-Loading takes half of the time to the first pose, and all that is loaded stays in memory.
+"""Which modules a start of the driver loads. Loading takes half of the time to the first pose, and loaded modules stay
+in memory.
 """
 
 import subprocess
@@ -11,7 +10,7 @@ NOT_NEEDED = {"actionlib", "matplotlib", "PyKDL", "tf", "tf2_py", "tf2_ros",
 
 
 def loaded_by(module):
-    """The modules in memory after importing one, in a Python of its own."""
+    """Return the modules in memory after one module was imported in a new Python process."""
     code = "import sys, %s; print(*sys.modules)" % module
     return set(subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, check=True).stdout.decode().split())
 

@@ -1,6 +1,5 @@
-"""The bytes of the line on a topic: all of them in their order, and none while nobody listens.
-
-The robot never waits for it. What is left out is counted and said.
+"""The bytes of the line on a topic: all bytes in order, and none without a subscriber. The robot never waits for this
+topic. Bytes that are left out are counted and reported.
 """
 
 import threading
@@ -17,7 +16,8 @@ PIECES = [(True, b"\xFA\xFB\x03\x00\x00\x00"), (False, b"\xFA"), (False, b"noise
 
 
 class Publisher:
-    """Of wire. While `open` is not set, publish() hangs, as with a subscriber that nothing can be written to."""
+    """A publisher of wire. While `open` is not set, publish() hangs, as it does with a subscriber that reads nothing.
+    """
 
     def __init__(self, name, kind, listener, tcp_nodelay, queue_size):
         self.name, self.listener, self.listeners, self.published = name, listener, 0, []
@@ -40,7 +40,7 @@ class Publisher:
 
 @pytest.fixture
 def topic(monkeypatch):
-    """The publisher of wire; its warnings are in ``said``."""
+    """Return the publisher of wire. Its warnings are in ``said``."""
     made, said = [], []
     monkeypatch.setattr(
         rospy, "Publisher", lambda *args, **options: made.append(Publisher(*args, **options)) or made[0])

@@ -1,6 +1,5 @@
-"""The class Pioneer without a master.
-
-What it decides depends on the messages alone, what it commands also on when they come.
+"""The class Pioneer without a master. Its decisions depend on the messages alone. Its commands also depend on when the
+messages come.
 """
 
 import random
@@ -32,7 +31,7 @@ STOP = (0.0, 0.0)
 
 
 class Graph:
-    """Stands in for rospy: keeps what is published, and hands out what a test says that others publish."""
+    """A stand-in for rospy. It keeps what is published, and delivers what a test publishes for others."""
 
     def __init__(self):
         self.published, self.callbacks, self.queues, self.log_lines = [], {}, {}, []
@@ -63,7 +62,7 @@ class Graph:
         self.callbacks["r/" + name](message)
 
     def said(self, level):
-        """Stands in for rospy.loginfo and the like."""
+        """A stand-in for rospy.loginfo and the like."""
         return lambda text, *values: self.log_lines.append((level, text % values if values else text))
 
     def lines(self):
@@ -80,7 +79,7 @@ class Graph:
         return [(each.linear.x, each.angular.z) for each in self.of("cmd_vel")]
 
     def log(self):
-        """What is to be the same whenever the same messages come."""
+        """Return what must be the same whenever the same messages come."""
         return [
             (str(each.header.stamp), each.wander, each.seed, each.speed, each.linear, each.angular, each.reason)
             for each in self.of("decision")]
@@ -88,7 +87,7 @@ class Graph:
 
 @pytest.fixture(scope="module")
 def ros():
-    """rospy's own, as far as Pioneer needs it, without a node."""
+    """Replace the parts of rospy that Pioneer needs, without a node."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pioneer.rospy, "on_shutdown", lambda hook: None)
         patch.setattr(pioneer.rospy, "is_shutdown", lambda: False)
@@ -99,7 +98,7 @@ def ros():
 
 @pytest.fixture
 def started(ros):
-    """Makes a graph and a Pioneer "r" in it, whose motors are on. By `info` it knows its robot."""
+    """Make a graph and a Pioneer "r" in it, whose motors are on. `info` describes its robot."""
     robots = []
 
     def start(info=True, gripper=False, **more):
@@ -128,7 +127,7 @@ def stamp(number):
 
 
 def messages(count=32, seed=1):
-    """A robot that lives: (pose, sonar) for each packet. The last is beyond DURATION."""
+    """Return (pose, sonar) for each packet of a simulated robot. The last one is later than DURATION."""
     chance, heading, packets = random.Random(seed), 0.0, []
     for number in range(count):
         heading += chance.uniform(-0.04, 0.04)
@@ -141,7 +140,7 @@ def messages(count=32, seed=1):
 
 
 def wander_on(graph, robot, packets, **more):
-    """All of it there before the wander begins: the log."""
+    """Return the log of a wander for which all messages are there before it begins."""
     for pose, sonar in packets:
         graph.hand_out("pose", pose)
         graph.hand_out("sonar", sonar)
@@ -157,7 +156,7 @@ def packets():
 
 @pytest.fixture
 def wanted(started, packets):
-    """The log of a run in which every message is there before the first is looked at."""
+    """Return the log of a run in which every message is there before the first one is used."""
     log = wander_on(*started(begin_at=[stamp(0).to_sec()]), packets)
     assert [each[0] for each in log] == [str(stamp(number)) for number in range(30)]
     assert len({each[4:] for each in log}) > 4
@@ -165,7 +164,7 @@ def wanted(started, packets):
 
 
 def run_beside(graph, robot, feed):
-    """Wander while `feed` hands out messages: how it ended, and the log."""
+    """Wander while `feed` delivers messages. Returns how it ended, and the log."""
     ends = []
     program = threading.Thread(target=lambda: ends.append(robot.wander(DURATION)), daemon=True)
     program.start()
@@ -221,7 +220,7 @@ def test_only_the_newest_decision_is_commanded_after_a_hold_up(started, packets,
 @settings(max_examples=25)
 @given(order=st.permutations(["pose"] * 32 + ["sonar"] * 32), waits=st.sets(st.integers(0, 63), max_size=8))
 def test_whatever_the_timing_the_log_is_the_same(started, packets, wanted, order, waits):
-    """The topics interleaved in any way, and the feeder held up until all that can be decided on is decided."""
+    """The topics are interleaved in any way. The feeder waits until all decisions that are possible have been made."""
     graph, robot = started(begin_at=[stamp(0).to_sec()])
 
     def feed():
@@ -250,7 +249,7 @@ def test_old_data_stop_the_robot_and_are_not_remembered(started, packets, wanted
 
 
 def test_nobody_drives_on_while_time_stands_still(started, packets):
-    """A live driver under a paused clock: news come, but their stamps do not move on."""
+    """A live driver under a paused clock: messages come, but their stamps do not advance."""
     graph, robot = started()
 
     def feed():
@@ -270,7 +269,7 @@ def test_nobody_drives_on_while_time_stands_still(started, packets):
 
 
 def test_a_robot_that_falls_silent_ends_the_wander_in_time(started, packets):
-    """By the time of ROS, and nothing drives meanwhile."""
+    """The wander ends by ROS time, and meanwhile nothing drives."""
     graph, robot = started(begin_at=[stamp(0).to_sec()])
     for pose, sonar in packets[:5]:
         graph.hand_out("pose", pose)
@@ -509,7 +508,9 @@ HOLDING = GripperState(GripState(GripStatus.CLOSED, 0, True, True, True, True), 
 
 
 def holding(started, packets, **room_behind):
-    """A robot that holds something, and sees five metres all around but where it is said otherwise."""
+    """Return a robot that holds something. Its sonars see five metres in all directions, unless the test sets other
+    ranges.
+    """
     graph, robot = started(gripper=True)
     hear_first_packet(graph, packets)
     ranges = [5.0] * 16

@@ -1,4 +1,4 @@
-"""Runs made by hand, to be drawn: no bag, no ROS."""
+"""Runs made by hand, for the tests of drawing: no bag, no ROS."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ LONG_TEXT = ("the other side closed the line: switched off, cable pulled, or ano
 
 
 def track(seconds, speed=0.2, towards=0.0, bend=0.05, step=0.1):
-    """A robot that drives in bends, at ``speed`` (m/s), ``towards`` a heading (rad)."""
+    """Return a robot that drives in bends, at ``speed`` (m/s), around a heading ``towards`` (rad)."""
     time = np.arange(0.0, seconds + step / 2, step)
     heading = towards + np.sin(bend * np.arange(len(time)))
     x, y = (np.concatenate(([0.0], np.cumsum(speed * step * turned(heading[:-1])))) for turned in (np.cos, np.sin))
@@ -21,7 +21,7 @@ def track(seconds, speed=0.2, towards=0.0, bend=0.05, step=0.1):
 
 
 def run(odometry=None, **fields):
-    """A run of which only odometry is known, and whatever else is given."""
+    """Return a run that has odometry, and the other data that are given."""
     given = dict(
         path="run.bag", robot="pioneer", model="p3dx-sh", world="", footprint=SQUARE, transducers={}, truth=None,
         sonar=Echoes(*np.empty((3, 0))), gripper=(), cans=(), map=None,
@@ -30,19 +30,19 @@ def run(odometry=None, **fields):
 
 
 def velocities(of):
-    """What a robot measures that drives a track."""
+    """Return the measured velocities of a robot that drives a track."""
     passed = np.diff(of.time)
     return Velocities(of.time[1:], np.hypot(np.diff(of.x), np.diff(of.y)) / passed, np.diff(of.heading) / passed)
 
 
 def series(*changes):
-    """A series of (s since the begin, value)."""
+    """Return a series of (s since the begin, value)."""
     times, values = np.array(changes, dtype=float).T
     return Series(BEGIN + times, values)
 
 
 def full(odometry, times=5):
-    """A run of which all is known, in which everything happened so many times."""
+    """Return a run that has all data. Each kind of event happens so many times."""
     seconds = odometry.time[-1] - BEGIN
     moments = BEGIN + seconds * (np.arange(times) + 0.5) / times
     told = velocities(odometry)

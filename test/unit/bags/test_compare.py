@@ -1,4 +1,4 @@
-"""How far two tracks lie apart, on tracks whose deviation is known."""
+"""The distance between two tracks whose deviation is known."""
 
 import math
 
@@ -11,12 +11,12 @@ from pioneer_control.bags.recorded_run import CanPath, GripperEvent, Track
 
 
 def track(*rows):
-    """A track of rows (s, m, m, rad)."""
+    """Return a track from rows of (s, m, m, rad)."""
     return Track(*np.array(rows, dtype=float).T)
 
 
 def straight(seconds=10.0, speed=0.2, veer=0.0, rest=0.0, step=0.1):
-    """A robot that stands ``rest`` seconds and drives on for ``seconds``, at ``veer`` rad to its heading."""
+    """Return a robot that stands for ``rest`` seconds, then drives for ``seconds``, turned by ``veer`` rad."""
     time = np.arange(0.0, rest + seconds + step / 2, step)
     way = speed * np.clip(time - rest, 0.0, None)
     return Track(time, way * math.cos(veer), way * math.sin(veer), np.zeros_like(time))
@@ -74,7 +74,7 @@ def test_robots_that_stay(still):
 
 
 def drives(*legs, step=0.1):
-    """A robot that drives for some seconds at some m/s, for each leg; 0 m/s: it stands."""
+    """Return a robot that drives for some seconds at some m/s, for each leg. At 0 m/s it stands."""
     speeds = np.concatenate([np.full(round(seconds / step), float(speed)) for seconds, speed in legs])
     x = np.concatenate(([0.0], np.cumsum(speeds * step)))
     return Track(100.0 + step * np.arange(len(x)), x, np.zeros_like(x), np.zeros_like(x))
@@ -102,7 +102,7 @@ class TestDriven:
 
 
 class TestPushes:
-    """Of a simulated world it is known where each can is."""
+    """In a simulated world it is known where each can is."""
 
     def pushes(self, *cans, **fields):
         track = make.track(20.0, bend=0.0)  # 0.2 m/s along x

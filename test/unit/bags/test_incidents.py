@@ -1,4 +1,4 @@
-"""What is told of faults and gaps on a page."""
+"""The texts about faults and gaps on a page."""
 
 import pytest
 
@@ -8,7 +8,7 @@ from pioneer_control.bags.recorded_run import Report, Span
 
 
 def said(*faults):
-    """(letter, level, times, words) of faults (time, level, who, what)."""
+    """Return (letter, level, times, words) of faults (time, level, who, what)."""
     return [tuple(each) for each in incidents(make.run(faults=tuple(Report(*fault) for fault in faults)))]
 
 

@@ -1,4 +1,4 @@
-"""What is shown over time: rows and curves, before they are drawn."""
+"""The rows and curves of what is shown over time, before they are drawn."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ LINE = Timeline(make.BEGIN, make.BEGIN + 20.0)
 
 
 def rows(run, line=LINE):
-    """Name to lane, with times counted from the begin."""
+    """Return name to lane. Times are counted from the begin."""
     lanes = over_time.lanes(run, incidents(run), line)
     return {lane.name: lane._replace(spans=tuple((begin - make.BEGIN, end - make.BEGIN) for begin, end in lane.spans))
             for lane in lanes}

@@ -1,4 +1,4 @@
-"""Pages of runs of every kind: all that is written can be read, and lies on a sheet of A4. Runs are made by hand."""
+"""Pages of runs of every kind, made by hand. All text can be read, and lies on a sheet of A4."""
 
 import itertools
 import re
@@ -29,7 +29,7 @@ RUNS = {
 
 
 def boxes(sheet):
-    """What is written on a sheet: (words, box in inches) of the sheet's own texts, and of the axes'."""
+    """Return the texts on a sheet: (words, box in inches) of the sheet's own texts, and of the texts of its axes."""
     def box(text):
         found = text.get_window_extent(sheet.canvas.get_renderer())
         return np.array([found.x0, found.y0, found.x1, found.y1]) / sheet.dpi
@@ -42,13 +42,13 @@ def boxes(sheet):
 
 
 def shown_ticks(axis):
-    """The numbers at an axis; matplotlib keeps some more for what is out of sight."""
+    """Return the numbers at an axis. matplotlib has some more numbers that are not visible."""
     low, high = sorted(axis.get_view_interval())
     return [text for place, text in zip(axis.get_majorticklocs(), axis.get_ticklabels()) if low <= place <= high]
 
 
 def overlapping(written):
-    """Pairs of words that lie on each other."""
+    """Return pairs of words whose boxes overlap."""
     pairs = itertools.combinations(written, 2)
     return [(one, two) for (one, a), (two, b) in pairs
             if (np.minimum(a[2:], b[2:]) - np.maximum(a[:2], b[:2]) > 0.01).all()]
@@ -164,7 +164,7 @@ class TestCans:
 
 
 def strip(sheet, name):
-    """The axes of a strip."""
+    """Return the axes of a strip."""
     return next(axes for axes in sheet.axes if axes.get_ylabel().startswith(name))
 
 

@@ -1,4 +1,4 @@
-"""The bar of what takes long: only on a terminal, only when it does take long."""
+"""The progress bar: only on a terminal, and only when the work takes long."""
 
 import io
 
@@ -9,7 +9,7 @@ from pioneer_control.bags.command_line import PATIENCE, Progress
 
 
 class Screen(io.StringIO):
-    """What is written to a terminal, or to a file."""
+    """A terminal or a file, which keeps what is written."""
 
     def __init__(self, terminal):
         super().__init__()
@@ -18,7 +18,7 @@ class Screen(io.StringIO):
 
 @pytest.fixture
 def shown(monkeypatch):
-    """What is written while something is read that takes so many seconds for each half."""
+    """Return what is written while something is read that takes so many seconds for each half."""
 
     def shown(terminal, seconds):
         screen, now = Screen(terminal), [0.0]

@@ -1,4 +1,4 @@
-"""What is said of the room on a disk."""
+"""The messages about the free space on a disk."""
 
 import pytest
 

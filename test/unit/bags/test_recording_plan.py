@@ -1,4 +1,4 @@
-"""What the command line of `record` asks for, and what it must not destroy."""
+"""The plan of a recording, made from the command line of `record`, and the files that it must not destroy."""
 
 import os
 import time
@@ -90,7 +90,7 @@ def test_what_makes_no_sense_is_told_with_what_would(here, words, told):
 
 
 class TestPlace:
-    """Nothing that is there is lost, and what cannot work is said before."""
+    """No existing file is lost, and a plan that cannot work is refused at the start."""
 
     def test_a_free_name_in_a_directory_with_room(self, here):
         (here / "xy.bag").write_bytes(b"")

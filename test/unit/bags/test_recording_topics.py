@@ -1,4 +1,4 @@
-"""The list of what is kept: read, checked, and turned into whole names."""
+"""The list of recorded topics is read, checked, and turned into whole names."""
 
 import pathlib
 
@@ -72,7 +72,7 @@ def test_a_mistake_is_told_with_its_file_and_place(write, text, told):
 
 
 def test_a_home_is_found(write, tmp_path, monkeypatch):
-    """No shell knows it behind topics:=."""
+    """The shell does not expand ~ behind topics:=."""
     monkeypatch.setenv("HOME", str(tmp_path))
     assert load_list(write(LIST)) == load_list("~/list.yaml")
 
@@ -83,7 +83,7 @@ def test_a_file_that_is_not_there(tmp_path):
 
 
 class TestOurs:
-    """config/record.yaml."""
+    """The list in config/record.yaml."""
 
     path = ROOT / "config" / "record.yaml"
     rows = load_list(str(path))

@@ -1,4 +1,4 @@
-"""What another robot is told, and when: pure, with messages made up."""
+"""Which commands another robot gets, and when. Pure, with made-up messages."""
 
 import math
 from types import SimpleNamespace
@@ -9,13 +9,13 @@ from pioneer_control.bags.replaying.redrive_schedule import REFRESH, VALID, Orde
 
 
 def twist(linear, angular=0.0):
-    """As geometry_msgs/Twist."""
+    """Return a message with the fields of geometry_msgs/Twist."""
     return SimpleNamespace(linear=SimpleNamespace(x=linear, y=0.0, z=0.0),
                            angular=SimpleNamespace(x=0.0, y=0.0, z=angular))
 
 
 def driven(times, linear=0.2):
-    """One velocity at each of some times."""
+    """Return one velocity at each of some times."""
     return [Order(time, "cmd_vel", twist(linear)) for time in times]
 
 
@@ -24,7 +24,7 @@ def velocity(order):
 
 
 def told_at(orders, time):
-    """The velocity that holds at a time: what was said last."""
+    """Return the velocity that is in effect at a time: the last one that was sent."""
     return velocity([order for order in orders if order.time <= time][-1])
 
 
@@ -95,7 +95,7 @@ class TestSlower:
 
 
 class TestDeadman:
-    """A velocity holds no longer than it did for the recorded robot."""
+    """A velocity is in effect no longer than it was for the recorded robot."""
 
     @pytest.mark.parametrize("factor", [1.0, 0.25])
     def test_after_the_last_one_the_robot_is_stopped(self, factor):

@@ -1,4 +1,4 @@
-"""Whether a program commands the same again: pure, with messages made up."""
+"""Whether a program gives the same commands again. Pure, with made-up messages."""
 
 import math
 
@@ -10,7 +10,7 @@ from pioneer_control.bags.replaying.rerun_compare import (LATE, first_difference
 
 
 class Part:
-    """A message, as far as a comparison looks at it."""
+    """The part of a message that a comparison uses."""
 
     _type = "any/Message"
 
@@ -20,7 +20,7 @@ class Part:
 
 
 class Stamp:
-    """A time, which is a value and no message."""
+    """A time. It is a value, not a message."""
 
     def __init__(self, seconds):
         self.seconds = seconds
@@ -70,7 +70,7 @@ class TestDecisions:
 
 
 def driven(wave=0.0, late=0.0, count=100, faster=0.0):
-    """Ten velocities a second: 2 s straight on, 2 s turning, ..."""
+    """Return ten velocities a second: 2 s straight on, 2 s turning, and so on."""
     return np.array([(5.0 + 0.1 * n + late, 0.1 + faster, 0.5 * (n // 20 % 2) + wave * math.sin(n))
                      for n in range(count)])
 

@@ -1,4 +1,4 @@
-"""How moments and lengths of time are written."""
+"""The text form of times and durations."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Waiting for a recorder, by what the master says."""
+"""A program waits for a recorder. It asks the master."""
 
 import os
 import sys
@@ -25,7 +25,9 @@ def test_subscribed(subscribers, expected):
 
 @pytest.fixture
 def waited(monkeypatch):
-    """Starts a program behind a recorder that listens when it is asked for the so-manyth time; gives what was slept."""
+    """Run a program that waits for a recorder. The recorder listens when the master is asked for the so-manyth time.
+    Returns the times slept.
+    """
 
     def waited(asked):
         slept, became = [], []

@@ -1,6 +1,6 @@
-"""A robot of few words for tests of the session: no body, no world, but every bad habit a test asks for.
+"""A simple robot for tests of the session. It has no body and no world, but every bad habit that a test wants.
 
-It comes with a clock that the test turns.
+Its clock moves only when the test moves it.
 """
 
 import math
@@ -25,7 +25,7 @@ class Heard(NamedTuple):
 
 
 def config(**fields) -> p2os.Config:
-    """A CONFIGpac up to the firmware version, as the protocol notes have it."""
+    """Return a CONFIGpac up to the firmware version, as in the protocol sheet."""
     values = dict(
         type="Pioneer", subtype="p3dx-sh", serial="P3DX0001", four_motors=0, rotation_velocity_top_deg_s=360,
         translation_velocity_top_mm_s=1500, rotation_acceleration_top_deg_s2=300,
@@ -43,7 +43,7 @@ def config(**fields) -> p2os.Config:
 
 
 def sip(**fields) -> p2os.Sip:
-    """A SIP of ARCOS length with nothing going on in it."""
+    """Return a SIP of ARCOS length from a robot at rest."""
     values = dict(
         type_id=p2os.STOPPED, x_counts=0, y_counts=0, heading_units=0, left_velocity_units=0, right_velocity_units=0,
         battery_dv=128, left_stall_bits=p2os.StallBits(0), right_stall_bits=p2os.StallBits(0), control_units=0,
@@ -56,7 +56,7 @@ def sip(**fields) -> p2os.Sip:
 
 
 class FakeRobot:
-    """Obeys at once: a velocity is reached with the next SIP. Set its attributes to misbehave."""
+    """Obeys at once: it has a new velocity with the next SIP. Set its attributes to make it misbehave."""
 
     def __init__(self) -> None:
         self.phase = WAITING
@@ -213,7 +213,7 @@ class Bench:
             self.step()
 
     def run_until(self, condition: Callable[[], bool], limit: float = 10.0) -> float:
-        """Seconds until the condition holds."""
+        """Return the seconds until the condition holds."""
         start = self.now
         while not condition():
             assert self.now - start < limit, "not within %g s; heard: %s" % (limit, self.robot.names())
@@ -225,7 +225,9 @@ class Bench:
         return self
 
     def until_driving(self, linear: float = 0.2, angular: float = 0.0) -> "Bench":
-        """Ready, motors on, moving; the robot's memory of what it heard begins with the velocity."""
+        """Wait until the robot is ready, has its motors on, and moves. The list of what it heard begins with the
+        velocity.
+        """
         self.until_ready()
         request = self.session.connected.drive.request_motors(True, self.now, 2.0)
         self.run_until(lambda: request.done)
@@ -242,11 +244,11 @@ class Bench:
         self.act()
 
     def use(self, **settings) -> None:
-        """The user wants something else from now on."""
+        """Use these settings from now on."""
         self.session.use(replace(self.session._link.settings, **settings), self.now)
 
     def want(self, kind: str, on: bool) -> None:
-        """Packets of this kind, or no more of them."""
+        """Request packets of this kind, or cancel the request."""
         kinds = self.session._link.settings.data
         self.use(data=kinds | {kind} if on else kinds - {kind})
 
@@ -259,12 +261,12 @@ class Bench:
         return self.session.finished
 
     def event(self, kind: type):
-        """The one event of this kind."""
+        """Return the only event of this type."""
         found, = (event for event in self.events if isinstance(event, kind))
         return found
 
     def act(self) -> None:
-        """Carry out what the session wants done."""
+        """Carry out the actions of the session."""
         for action in self.session.data_to_send():
             if isinstance(action, SetBaud):
                 self.baud = action.baud

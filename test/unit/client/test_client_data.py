@@ -1,4 +1,4 @@
-"""Packets besides the SIP: asked for until they come, and stopped until they do not."""
+"""Packets besides the SIP: they are requested until they come, and cancelled until they stop."""
 
 import pytest
 

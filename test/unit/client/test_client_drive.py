@@ -1,4 +1,4 @@
-"""Velocities, dead man and motors: what is on the wire, and when."""
+"""Velocities, deadman and motors: the packets on the wire, and their times."""
 
 import math
 
@@ -13,13 +13,13 @@ from fake_robot import Bench, FakeRobot, config, sip
 
 
 def velocities(robot):
-    """(VEL, RVEL) pairs in the order heard."""
+    """Return the pairs of VEL and RVEL in the order in which the robot heard them."""
     linear = [heard.value for heard in robot.heard if heard.name == "VEL"]
     return list(zip(linear, [heard.value for heard in robot.heard if heard.name == "RVEL"]))
 
 
 def with_motors(bench):
-    """Ready, motors on, at rest for a while."""
+    """Return a bench that is ready, with motors on and the robot at rest for a while."""
     bench.until_ready()
     request = enable(bench)
     bench.run_until(lambda: request.done)
@@ -157,7 +157,7 @@ def test_a_renewed_velocity_goes_on_and_lost_packets_are_made_good():
 
 @pytest.mark.parametrize("then", ["another command", "motors"])
 def test_a_velocity_that_waits_through_a_hold_up_is_not_sent(then):
-    """Nobody called for a while; the first who does is a user's thread, before the dead man had a chance."""
+    """For a while nobody calls the session. The next call comes from a user's thread, before the deadman could act."""
     bench = Bench(rates=(9600,)).until_driving()
     bench.session.connected.command(bench.now, p2os.encode_command("TTY2", b"x" * 100))
     bench.drive(0.3, 0.0)
@@ -396,7 +396,7 @@ def test_taking_back_the_motors_is_repeated_until_the_robot_shows_it(why):
 
 @pytest.mark.parametrize("answer", ["confirmed", "given up", "STOP button", "overtaken"])
 def test_once_a_request_is_answered_no_repetition_of_it_is_sent(answer):
-    """At 9600 baud it may still wait for the line; meanwhile a STOP button may have been pressed and released."""
+    """At 9600 baud a repetition may still wait for the line. Meanwhile a user may press and release the STOP button."""
     bench = Bench(rates=(9600,)).until_ready()
     bench.run(0.5)
     bench.robot.deaf = lambda heard: heard.name == "ENABLE" and answer != "confirmed"
@@ -415,7 +415,7 @@ def test_once_a_request_is_answered_no_repetition_of_it_is_sent(answer):
 
 
 def test_after_a_hold_up_a_request_that_is_given_up_is_not_sent_before_it_is_taken_back():
-    """The line is free again, and the time of the request is up: both are seen in the same tick."""
+    """In the same tick the line becomes free and the time of the request is over."""
     bench = Bench(rates=(9600,)).until_ready()
     bench.run(0.5)
     bench.robot.deaf = lambda heard: heard.name == "ENABLE"
@@ -457,7 +457,7 @@ def test_the_stop_button_clears_the_set_points_and_nothing_moves_after_its_relea
 # A robot that does not do what it is told
 
 def still_commanding(bench, seconds, linear=0.2, angular=0.0):
-    """A user who goes on."""
+    """A user who goes on commanding."""
     end = bench.now + seconds
     while bench.now < end:
         bench.drive(linear, angular)

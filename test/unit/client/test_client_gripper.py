@@ -1,4 +1,4 @@
-"""Grippers that report in another way than most do: Pioneer 1, and P2OS with the gripper on the general I/O port.
+"""Grippers that report in another way than most: Pioneer 1, and P2OS with the gripper on the general I/O port.
 
 Source: protocol sheet 6.3, 6.4.
 """

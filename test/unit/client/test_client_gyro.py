@@ -1,4 +1,4 @@
-"""The gyro that the client reads, from the bytes of the protocol notes (5.6) on."""
+"""The gyro that the client reads, tested with the bytes of the protocol sheet (5.6)."""
 
 import math
 

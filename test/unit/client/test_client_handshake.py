@@ -1,4 +1,4 @@
-"""From a port in an unknown state to a robot that has said its name."""
+"""The handshake: from a port in an unknown state to a robot that has sent its name."""
 
 import inspect
 import math
@@ -29,14 +29,14 @@ def first_write(bench):
 
 
 def on_serial(robot=None, baud=9600, **settings):
-    """A bench whose line has one speed, which fits."""
+    """Return a bench with a serial line at the speed of the robot."""
     robot = robot or FakeRobot()
     robot.baud = baud
     return Bench(robot, rates=(baud,), **settings)
 
 
 def left_open(robot):
-    """Open, and stopped by its watchdog: any packet but CLOSE revives its speed."""
+    """The robot is open, and its watchdog has stopped it. Any packet but CLOSE makes it drive again."""
     robot.open()
     robot.motors, robot.set_point["VEL"], robot.watchdog_expired = True, 300, True
     return robot
@@ -57,7 +57,7 @@ def test_listens_for_two_sip_cycles_before_it_says_anything(line):
 
 
 def test_on_tcp_a_silent_robot_hears_sync0_and_nothing_before_it():
-    """Byte for byte: to a robot that waits, any packet is a step of the handshake."""
+    """This holds byte for byte: for a robot that waits, any packet is a step of the handshake."""
     bench = Bench().until_ready()
     written = b"".join(data for written in bench.writes.values() for data in written)
     assert written.startswith(bytes.fromhex("FAFB03000000 FAFB03010001 FAFB03020002 FAFB03010001 FAFB031D001D"))
@@ -76,10 +76,7 @@ def test_on_tcp_a_silent_robot_hears_no_close_at_any_try_but_when_the_client_han
 
 @pytest.mark.parametrize("ends", ["in vain", "closed by its user"])
 def test_on_tcp_an_open_robot_that_hears_and_is_not_heard_does_not_drive_on(ends):
-    """As over a radio that reaches only one way.
-
-    Each SYNC0 would revive its old speed, at one attempt after the other.
-    """
+    """As over a radio that works in only one direction. With each attempt, SYNC0 would make the robot drive again."""
     robot = left_open(FakeRobot())
     robot.mute = lambda packet: True
     bench = Bench(robot)
@@ -92,7 +89,7 @@ def test_on_tcp_an_open_robot_that_hears_and_is_not_heard_does_not_drive_on(ends
 
 
 class Delayed:
-    """Another robot, behind a line that needs ``delay`` s each way."""
+    """Another robot behind a line that delays everything by ``delay`` s in each direction."""
 
     def __init__(self, robot, delay):
         self.robot, self.delay = robot, delay
@@ -126,9 +123,8 @@ def test_a_robot_that_answers_late_is_connected_at_the_first_attempt(kind, echo_
 
 
 def test_on_serial_a_robot_that_seems_silent_is_closed_all_the_same_before_it_is_synced():
-    """A robot whose packets were all lost would take SYNC0 for a sign of life.
-
-    CLOSE goes no faster than a robot takes commands, and nothing else goes before it.
+    """A robot whose packets were all lost would take SYNC0 for a sign of life. CLOSE is sent no faster than a robot
+    accepts commands, and nothing is sent before it.
     """
     robot = FakeRobot()
     bench = on_serial(robot).until_ready()
@@ -144,9 +140,7 @@ def test_how_often_close_is_said_leaves_a_robot_alone_that_takes_it_for_sync2():
 
 
 class AnswersInAnyOrder(FakeRobot):
-    """As the vendor's simulator does.
-
-    It takes a CLOSE before the session for a SYNC2, and a SYNC1 right after that for OPEN.
+    """As the vendor's simulator does. Before the session it takes CLOSE for SYNC2, and a SYNC1 right after it for OPEN.
     """
 
     last = 0
@@ -220,7 +214,7 @@ def test_a_robot_that_does_not_close_is_named_as_such_and_never_opened():
 
 
 def with_motors_on(robot, by_itself):
-    """Motors that nobody asked for."""
+    """The robot's motors are on, although nobody asked for it."""
     send = robot.send
 
     def switch_on_and_send(packet):
@@ -343,7 +337,7 @@ def test_a_sip_in_answer_to_sync0_is_answered_with_close_at_once(line):
 
 @pytest.mark.parametrize("tenths", range(3, 24))
 def test_on_tcp_an_open_robot_that_is_heard_late_is_closed_at_whichever_packet_finds_it(tenths):
-    """Also the very last: no attempt ends while a robot is revived."""
+    """This holds for the very last packet, too: no attempt ends while the robot still drives because of it."""
     robot = left_open(FakeRobot())
     robot.mute = lambda packet: robot.phase == OPEN and bench.now < tenths / 10
     robot.deaf = lambda heard: heard.time < tenths / 10
@@ -358,7 +352,7 @@ def test_on_tcp_an_open_robot_that_is_heard_late_is_closed_at_whichever_packet_f
 @LINES
 @pytest.mark.parametrize("reached", ["waiting", "opened by a CLOSE", "dead", "SYNC0", "SYNC1"])
 def test_a_strict_robot_is_connected_whatever_it_heard_before(line, reached):
-    """On TCP each connection finds it waiting; a pseudo-terminal keeps what was before."""
+    """On TCP the robot waits for each new connection. A pseudo-terminal keeps the earlier bytes."""
     before = {"waiting": "", "opened by a CLOSE": "FAFB03020002", "dead": "FAFB031D001D", "SYNC0": "FAFB03000000",
               "SYNC1": "FAFB03000000 FAFB03010001"}[reached]
     robot = StrictRobot(tcp=line == "TCP")
@@ -393,7 +387,7 @@ def test_a_strict_robot_on_a_pseudo_terminal_is_connected_whatever_it_heard_in_a
 
 
 def as_on_bench(robot):
-    """What a bench wants to know of a robot."""
+    """Add what a bench needs to a robot."""
     robot.baud, robot.noisy, robot.names = None, (), lambda: [name for name, _ in robot.heard]
     return robot
 

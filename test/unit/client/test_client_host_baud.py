@@ -1,4 +1,4 @@
-"""Another speed of the line for one session, and back where that does not work."""
+"""Another line speed for one session, and the way back when it does not work."""
 
 import pytest
 
@@ -21,7 +21,7 @@ def robot_at(baud=OWN, **fields):
 
 
 def without(robot):
-    """When the same robot is ready without host_baud."""
+    """Return when the same robot is ready without host_baud."""
     return Bench(robot, rates=RATES).until_ready().now
 
 

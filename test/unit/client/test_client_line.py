@@ -1,4 +1,4 @@
-"""Pace, one pending velocity, and stops that overtake."""
+"""Pace, one waiting velocity, and stops that overtake."""
 
 import pytest
 
@@ -9,7 +9,7 @@ NINE = b"123456789"
 
 
 def line_to(written, baud, revival):
-    """A line, and a list that has all that it sends."""
+    """Return a line, and a list with all that it sends."""
     line = Line(baud, revival)
     line.to_send = written
     return line
@@ -27,7 +27,7 @@ def line(written):
 
 @pytest.fixture
 def busy(line, written):
-    """A line that has just had as many velocities in a row as it may."""
+    """Return a line that has just sent as many velocities in a row as it may."""
     for _ in range(2):
         line.velocity(0.0, b"vel", b"rvel")
     assert len(written) == 2 and line.busy(0.0) and line.due == float("inf")
@@ -52,9 +52,9 @@ def test_of_the_velocities_that_wait_the_latest_wins(busy, written):
 @pytest.mark.parametrize("baud", [None, 115200])
 @pytest.mark.parametrize("held_up", [0.010, 0.015, 0.020])
 def test_velocities_that_come_in_a_bunch_on_a_fast_line_all_go(written, held_up, baud):
-    """One comes every 10 ms, but some come ``held_up`` s late. None of them is overtaken.
+    """A velocity comes every 10 ms, but some come ``held_up`` s late. Each velocity is sent, in order.
 
-    For each takes 8 ms, or 12 ms with a question, and one may be ahead.
+    The robot needs 8 ms for each velocity, or 12 ms with a question. One velocity may be sent early.
     """
     line, check = line_to(written, baud, ()), LinkCheck(0.1, lambda count: 0.0)
     times = [number / 100 for number in range(300)]
@@ -79,7 +79,7 @@ def test_two_velocities_go_at_once_if_the_line_carries_both_in_7_ms(baud, at_onc
 
 
 def test_a_stop_behind_a_bunch_is_among_six_commands_in_a_row(line, written):
-    """As many as ARIA is known to send (protocol 13): a robot that takes no more than that at once hears it."""
+    """ARIA sends six commands in a row, too (protocol 13). So every robot hears a stop among six commands."""
     for _ in range(5):
         line.velocity(0.0, b"V", b"R", companion=lambda now: () if written else (b"Q",))
     line.stop(0.0, b"S")

@@ -1,4 +1,4 @@
-"""Questions that go with velocities, and what their answers tell of the line."""
+"""Questions that are sent with velocities, and what their answers tell about the line."""
 
 import pytest
 from fake_robot import SIP_CYCLE, Bench, FakeRobot, config
@@ -26,7 +26,7 @@ def received(bench):
 
 
 def go_on(bench, seconds):
-    """Velocities at 10 Hz."""
+    """Command velocities at 10 Hz."""
     for _ in range(round(seconds * 10)):
         bench.drive(0.2, 0.0)
         bench.run(0.1)
@@ -176,9 +176,8 @@ def test_a_line_that_carried_nothing_at_the_beginning_is_asked_about_again():
 @pytest.mark.parametrize("cycle, rates, every", [
     (20, (), EVERY), (100, (), EVERY), (250, (), 0.375), (100, (115200,), EVERY), (100, (9600,), 0.486)])
 def test_it_asks_seldom_enough_for_a_slow_robot_and_a_slow_line(cycle, rates, every):
-    """It asks at most once in a cycle of SIPs, for two questions in one cycle may get one answer.
-
-    And answers take 3 % of a line, so that other packets have room.
+    """It asks once in a SIP cycle at most, because two questions in one cycle may get one answer. Answers take 3 % of
+    the line at most, so that other packets have room.
     """
     robot = FakeRobot()
     robot.config = config(sip_cycle_ms=cycle)
@@ -264,7 +263,7 @@ def test_it_asks_again_as_soon_as_it_may_and_no_sooner():
 
 
 def test_an_answer_that_takes_more_than_a_second_is_one():
-    """On a slow line the SIPs go first."""
+    """On a slow line the robot sends its SIPs first."""
     check = LinkCheck(SIP_CYCLE, lambda count: 0.0)
     for second in range(0, 20, 2):
         check.question(second)
@@ -306,9 +305,8 @@ def test_it_counts_exactly_what_is_lost_where_answers_come_before_the_next_quest
 
 @pytest.mark.parametrize("late", [0.3, 0.7, 1.4])
 def test_answers_that_are_late_count_as_lost_only_at_the_beginning(late):
-    """Which question an answer is for cannot be known.
-
-    So on a slow line the first answers are taken for lost, and no later ones.
+    """Nobody can know which question an answer belongs to. So on a slow line the first answers count as lost, and later
+    ones do not.
     """
     check, asked, now, answers_at = LinkCheck(SIP_CYCLE, lambda count: 0.0), 0, 0.0, []
     while now < 60.0:

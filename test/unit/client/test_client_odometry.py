@@ -1,4 +1,4 @@
-"""15-bit counts to an exact pose (protocol 4.3)."""
+"""15-bit counts become an exact pose (protocol sheet 4.3)."""
 
 import math
 
@@ -99,7 +99,8 @@ def test_an_odometry_fits_robots_with_its_units_only():
 
 
 def moved(*steps):
-    """An odometry after SIPs every 0.1 s with these x, y (mm) and headings (units), and which of them it believed."""
+    """Return an odometry after SIPs every 0.1 s with these x, y (mm) and headings (units), and which SIPs it believed.
+    """
     odometry = Odometry(1.0, 4096)
     return odometry, [odometry.update(*step, 0.1) for step in steps]
 

@@ -1,4 +1,4 @@
-"""What holds for a session whatever its user does and whatever comes from the line, searched for by hypothesis."""
+"""What holds for a session with any user and any bytes from the line. hypothesis searches for exceptions."""
 
 import math
 
@@ -41,7 +41,7 @@ ACTIONS = some.one_of(
 
 
 class Watched:
-    """A bench whose user does what a script says, with a note of what was asked for when."""
+    """A bench whose user follows a script. It notes what the user asked for, and when."""
 
     def __init__(self, rates):
         self.bench = Bench(rates=rates, command_timeout=TIMEOUT)
@@ -50,7 +50,7 @@ class Watched:
         self.checked = 0
 
     def do(self, action, value):
-        """One action; what it may raise is a PioneerError."""
+        """Do one action. It may only raise a PioneerError."""
         bench, session = self.bench, self.bench.session
         if action == "time":
             end = bench.now + value
@@ -92,7 +92,7 @@ class Watched:
             pass
 
     def check(self):
-        """What was written since the last look."""
+        """Check what was written since the last call."""
         bench = self.bench
         for heard in bench.robot.heard[self.checked:]:
             if heard.name in ("VEL", "RVEL") and heard.value:

@@ -1,4 +1,4 @@
-"""A ready connection: keep-alive, revival, silence, nonsense on the line, and every way to end."""
+"""A ready connection: signs of life, revival, silence, nonsense on the line, and every way to end."""
 
 import math
 import random
@@ -173,7 +173,7 @@ def test_other_packets_reach_the_listeners_and_unknown_ones_are_counted():
 
 
 def told(bench, *packets):
-    """What the listeners are told of packets that come in one piece."""
+    """Return what the listeners get for packets that come in one piece."""
     bench.session.events()
     bench.now += 0.1
     bench.session.receive(b"".join(map(p2os.encode_packet, packets)), bench.now)
@@ -224,7 +224,7 @@ def test_a_packet_that_was_hidden_by_noise_is_read_when_the_rest_of_that_does_no
 # The table of transitions
 
 def connecting(bench):
-    """It begins so."""
+    """The session begins like this."""
 
 
 def synced(bench):
@@ -498,9 +498,8 @@ def test_the_odometry_goes_on_over_a_reconnect():
 
 
 def reconnect(bench, *heard):
-    """Begin a new session with the robot as it is, and wait until it is ready.
-
-    The session hears these packets before it has said a word.
+    """Begin a new session with the robot as it is, and wait until it is ready. The session hears these packets before
+    it sends anything.
     """
     bench.session = Session("fake", (), Settings(), bench.now, bench.session.phase.odometry)
     for packet in heard:
@@ -526,7 +525,7 @@ def test_what_a_robot_did_unheard_is_in_its_odometry_if_it_counts_on():
 
 
 def test_a_new_frame_of_the_robots_is_no_step():
-    """Opened, and lost before it was ready: it counts from zero now."""
+    """The robot was opened and lost before it was ready. Now it counts from zero."""
     bench = Bench().until_ready()
     bench.run(1.0)
     bench.session.receive(p2os.encode_packet(sip(x_counts=300)), bench.now)
@@ -560,7 +559,7 @@ def test_a_robot_that_reports_more_sonar_than_before_has_a_reading_for_each():
 
 
 def test_a_packet_whose_checksum_fits_by_chance_moves_nobody():
-    """Two bytes changed in the same column of the sum: one more, the high byte of x, and one less."""
+    """Two changed bytes cancel each other in the sum: the high byte of x is one more, another byte one less."""
     bench = Bench().until_ready()
     bench.run(0.5)
     before = bench.states[-1]

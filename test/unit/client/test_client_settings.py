@@ -1,4 +1,4 @@
-"""Settings are checked once, with messages that name the value and what is legal."""
+"""Settings are checked once. The errors name the value and what is legal."""
 
 import math
 

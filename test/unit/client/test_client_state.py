@@ -1,4 +1,4 @@
-"""One SIP to one state in SI units, from the bytes of the protocol notes (4.5)."""
+"""One SIP becomes one state in SI units. The bytes are those of the protocol sheet (4.5)."""
 
 import dataclasses
 import math
@@ -20,7 +20,7 @@ STALLED = "FAFB2532F87F0A0000F8000000007E010100F820000001008813 6201FFCF05FD0001
 
 
 class Reader(StateReader):
-    """One whose packets took no time unless it is said."""
+    """A reader of packets. A packet takes no time on the line, unless the test says so."""
 
     def read(self, sip, time, transfer_time=0.0):
         return super().read(sip, time, time - transfer_time)

@@ -1,4 +1,4 @@
-"""Ports of every kind, and what is said about those that do not open."""
+"""Ports of every kind, and the errors of ports that do not open."""
 
 import errno
 import os

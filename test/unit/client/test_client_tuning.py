@@ -1,4 +1,4 @@
-"""Settings of the robot: what may be given, what goes out for it and when, and what is told of what became of it."""
+"""Settings of the robot: legal values, the packets for them and their times, and the reported results."""
 
 import math
 from dataclasses import fields, replace
@@ -34,7 +34,7 @@ ALL = Tuning(**{name: value for name, (value, _) in GOLDEN.items()})
 
 
 class TunedRobot(FakeRobot):
-    """Takes what it is told within its tops, shows it in CONFIGpac, forgets it at CLOSE."""
+    """Accepts settings within its limits, shows them in CONFIGpac, and forgets them at CLOSE."""
 
     SHOWN = {
         "SETA": ("translation_acceleration_mm_s2", "translation_deceleration_mm_s2"),
@@ -59,7 +59,7 @@ def tuned(bench):
 
 
 def changes(bench):
-    """Those of the one event, by name."""
+    """Return the changes of the only event, by name."""
     event, = tuned(bench)
     return {change.name: change for change in event.changes}
 

@@ -20,7 +20,7 @@ from fake_robot import Bench
 
 
 def identity(subtype="p3dx-sh", max_linear=0.75, max_angular=math.radians(100)):
-    """Of a robot that reports nothing but these limits."""
+    """Return the identity of a robot that reports only these limits."""
     reported = identify(p2os.SyncReply("fake", "Pioneer", subtype), find_model(subtype), None)
     return replace(reported, max_linear=max_linear, max_angular=max_angular)
 

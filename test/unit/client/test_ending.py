@@ -1,4 +1,4 @@
-"""The end of a link: who asks and who waits hears of it, once and for all."""
+"""The end of a link: every thread that asks or waits learns of it, once and for all."""
 
 import threading
 

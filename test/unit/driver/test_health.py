@@ -1,4 +1,4 @@
-"""What diagnostics say: every level of every task, in words that name the fault, and nothing where all is well."""
+"""The texts of diagnostics: every level of every task names the fault, and nothing is reported when all is well."""
 
 import pathlib
 from dataclasses import dataclass, fields
@@ -24,7 +24,7 @@ COUNTS = LinkCounts(100, 0, 0, 0, 0, 0, 0, 0, None)
 
 @dataclass(frozen=True)
 class State:
-    """The fields of a RobotState that diagnostics look at, all well."""
+    """The fields of a RobotState that diagnostics use. All is well in it."""
 
     battery_voltage: float = 12.5
     left_stall: bool = False
@@ -346,7 +346,9 @@ def test_without_a_robot_the_link_is_the_error_and_the_rest_is_stale(health):
 
 
 def test_a_state_is_judged_anew_when_anything_in_it_changed_that_a_finding_reads():
-    """`State` above has just these fields: a finding that reads another fails everywhere here."""
+    """`State` above has exactly the fields that findings read. A finding that reads another field fails in every test
+    here.
+    """
     assert sorted([*JUDGED, "time", "moving"]) == sorted(field.name for field in fields(State))
 
 
@@ -460,7 +462,7 @@ def test_noise_while_connecting_is_not_held_against_the_link(health):
 # --- The aggregator's file ---
 
 def fits(text, robot):
-    """Whether a file for the aggregator names what the driver emits, and no more.
+    """Return whether a file for the aggregator names exactly what the driver publishes.
 
     A name is the node without its first slash, a colon, and the task.
     """

@@ -1,4 +1,4 @@
-"""What the driver's user is warned of: once per period, and only when it is so."""
+"""The warnings for the driver's user: once per period, and only while they are true."""
 
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -11,7 +11,7 @@ from pioneer_control.driver.notices import PERIOD, Throttle, Watch, battery_leve
 
 @dataclass
 class State:
-    """The fields of a RobotState that are watched, all well."""
+    """The fields of a RobotState that are watched. All is well in it."""
 
     battery_voltage: float = 12.5
     left_stall: bool = False
@@ -33,7 +33,7 @@ def watch():
 
 
 def said(warnings):
-    """The warnings that have a text, by kind."""
+    """Return the warnings that have a text, by kind."""
     return {kind: text for kind, text in warnings.items() if text}
 
 
@@ -119,7 +119,7 @@ def test_the_throttle_lets_each_kind_pass_once_a_period():
 
 
 def test_the_same_trouble_with_another_number_in_it_is_no_news():
-    """Each attempt at a line that carries noise counts other bytes."""
+    """Each attempt on a noisy line counts a different number of bytes."""
     throttle = Throttle()
     text = "link: socket://robot:8101: nothing answers as a robot, tried over TCP (%d bytes came that make no packet)"
     assert [throttle.passes(text % count, 4.0 * attempt) for attempt, count in enumerate((280000, 303000, 17, 4))] == [

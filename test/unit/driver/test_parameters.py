@@ -1,4 +1,4 @@
-"""The driver's parameters: what is legal passes, what is not is named with its legal range."""
+"""The driver's parameters: legal values pass, and the error for any other value names what is legal."""
 
 import dataclasses
 import math
@@ -67,7 +67,7 @@ def test_nothing_given_is_all_defaults():
 
 
 def test_every_default_is_legal():
-    """No default is a value that the user could not have given."""
+    """Every default is a value that the user may give, too."""
     for entry in dataclasses.fields(DriverParameters):
         given = "auto" if entry.name == "gripper" else entry.default
         assert entry.metadata["kind"].accept(given) == entry.default
@@ -75,14 +75,14 @@ def test_every_default_is_legal():
 
 @pytest.mark.parametrize("name, given, expected", LEGAL)
 def test_legal_value(name, given, expected):
-    """A legal value arrives, in its own type."""
+    """A legal value arrives with its own type."""
     value = getattr(check_parameters({name: given})[0], name)
     assert value == expected and type(value) is type(expected)
 
 
 @pytest.mark.parametrize("name, given, says", ILLEGAL)
 def test_illegal_value(name, given, says):
-    """An illegal one is refused by name, with the value and what would be legal."""
+    """The error for an illegal value has the name, the value, and what is legal."""
     with pytest.raises(ParameterError) as caught:
         check_parameters({name: given})
     message = str(caught.value)
@@ -96,7 +96,7 @@ def test_the_cases_cover_every_parameter():
 
 
 def test_all_problems_are_told_at_once():
-    """Three mistakes, one message of one line."""
+    """Three mistakes give one message of one line."""
     with pytest.raises(ParameterError) as caught:
         check_parameters({"pulse": "x", "baud": 1, "use_sonr": True})
     message = str(caught.value)
@@ -109,14 +109,14 @@ def test_all_problems_are_told_at_once():
     ("odom_frame", "odom_frame_id"), ("pulses", "pulse"), ("accept_replays", "accept_replay"),
     ("TicksMM", "ticks_mm"), ("DriftFactor", "drift_factor"), ("RevCount", "rev_count")])
 def test_misspelt_name_is_refused(slip, meant):
-    """A name that is nearly one of ours is an error: the value its author meant would silently be missing."""
+    """A name that is similar to one of ours is an error. Otherwise the value would be ignored without a word."""
     with pytest.raises(ParameterError, match="~%s .*did you mean ~%s\\?" % (slip, meant)):
         check_parameters({slip: 1})
 
 
 @pytest.mark.parametrize("name", sorted(WITHOUT_EFFECT) + ["lab_room"])
 def test_foreign_name_is_a_warning(name):
-    """Old launch files still start; what has no effect is said."""
+    """Old launch files still start. A warning names what has no effect."""
     parameters, warnings = check_parameters({name: 1})
     assert parameters == DriverParameters()
     assert len(warnings) == 1 and "~" + name in warnings[0] and "no effect" in warnings[0]

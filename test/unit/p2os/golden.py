@@ -16,29 +16,30 @@ CONFIG = next(example for example in PACKETS if example["packet"] == "Config")
 
 
 def wire(example) -> bytes:
-    """The bytes of an example."""
+    """Return the bytes of an example."""
     return bytes.fromhex(example["bytes"])
 
 
 def label(example) -> str:
-    """How an example is called in a test report."""
+    """Return the name of an example in a test report."""
     return f"{example['where']} {example['bytes'][:26]}" if "where" in example else example["meaning"]
 
 
 def frame(data: bytes) -> p2os.Frame:
-    """The frame in `data`, cut by hand: the tests of packets do not lean on the decoder of frames."""
+    """Return the frame in `data`, cut by hand. The tests of packets do not use the decoder of frames."""
     assert data[:2] == b"\xFA\xFB" and len(data) == data[2] + 3
     return p2os.Frame(data[3], data[4:-2])
 
 
 def command_values(example) -> tuple:
-    """Name and values of a command, strings as bytes."""
+    """Return name and values of a command. Strings are bytes."""
     name, *values = example["command"]
     return (name, *(bytes.fromhex(value) if isinstance(value, str) else value for value in values))
 
 
 def matches(value, expected, names=None) -> bool:
-    """Whether a decoded value is the one the data file states: bits by `names`, bytes as hex, records as mappings."""
+    """Return whether a decoded value is the one in the data file: bits by `names`, bytes as hex, records as mappings.
+    """
     if isinstance(value, int) and isinstance(expected, list):
         return value == sum(names[name] for name in expected)
     if isinstance(value, bytes):

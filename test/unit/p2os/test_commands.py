@@ -1,4 +1,4 @@
-"""The table of commands, and what does not fit it."""
+"""The table of commands, and values that do not fit it."""
 
 import golden
 import pytest
@@ -11,12 +11,12 @@ COMMANDS = list(p2os.COMMANDS.values())
 
 
 def received(*data: int, id: int = 11) -> p2os.ReceivedCommand:
-    """What a robot makes of a frame of VEL (or `id`) with these bytes of data."""
+    """Return how a robot understands a frame of VEL (or `id`) with these bytes of data."""
     return p2os.decode_command(p2os.Frame(id, bytes(data)))
 
 
 def extremes(command):
-    """The least and the greatest legal values, as tuples."""
+    """Return the least and the greatest legal values, as tuples."""
     if command.argument is Argument.NONE:
         return [()]
     if command.argument is Argument.STRING:
@@ -27,7 +27,7 @@ def extremes(command):
 
 
 def too_much(command):
-    """Values just out of range, as tuples."""
+    """Return values just out of range, as tuples."""
     if command.argument is Argument.STRING:
         return [(bytes(command.high + 1),)]
     if command.argument is Argument.TWO_BYTES:

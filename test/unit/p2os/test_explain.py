@@ -1,4 +1,4 @@
-"""What the explainer prints, as the person who reads it wants it."""
+"""The output of the explainer, as a reader wants it."""
 
 import io
 import random
@@ -14,7 +14,7 @@ VEL = "FA FB 06 0B 1B C8 00 D3 1B"
 
 
 def said(text: str, **options) -> str:
-    """All lines for these bytes, with single spaces."""
+    """Return all lines for these bytes, with single spaces."""
     return "\n".join(" ".join(line.split()) for line in explain(parse_hex(text), **options))
 
 
@@ -37,7 +37,7 @@ def test_no_hex(text, why):
 
 @pytest.mark.parametrize("example", golden.EXAMPLES, ids=golden.label)
 def test_every_golden_packet(example):
-    """By its name, with the values that the data file states."""
+    """Each packet is shown by its name, with the values of the data file."""
     options = {"grip_state_first": example.get("order") != "port first"}
     text = said(example["bytes"], **options)
     assert text.startswith(example["bytes"] + "\nbyte count ") and "is right" in text
@@ -66,7 +66,7 @@ def test_physical_meaning():
 
 
 def test_directions():
-    """1 is SYNC1 and OPEN, and its echo; a SIP is no command, a command no packet."""
+    """1 is SYNC1 and OPEN, and its echo. A SIP is no command, and a command is no packet."""
     both = said("FA FB 03 01 00 01")
     assert "to the robot: OPEN" in both and "from the robot: SyncEcho" in both
     assert "from the robot" not in said("FA FB 03 01 00 01", from_robot=False)
@@ -106,7 +106,7 @@ def test_broken_bytes(text, wrong):
 
 
 def test_nothing_is_left_out():
-    """The pieces of any stream are that stream."""
+    """The pieces of any stream together are the stream."""
     draw = random.Random(5)
     for _ in range(200):
         words = [draw.choice([VEL, "FA", "FB", "FA FB", "03", "00", "1D", "FF"]) for _ in range(draw.randrange(12))]

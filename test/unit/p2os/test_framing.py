@@ -1,4 +1,4 @@
-"""Frames in a stream: any pieces, any noise, nothing lost that is whole, nothing believed that is broken."""
+"""Frames in a stream, with any pieces and any noise. No whole frame is lost, and no broken frame is accepted."""
 
 import random
 
@@ -18,13 +18,13 @@ examples = pytest.mark.parametrize("data", [golden.wire(example) for example in 
 
 
 def long_frame(count: int, id: int = 0x32) -> bytes:
-    """A frame with this byte count, also one longer than we send."""
+    """Return a frame with this byte count, which may be larger than we send."""
     body = bytes([id]) + bytes(at * 7 % 256 for at in range(count - 3))
     return b"\xFA\xFB" + bytes([count]) + body + p2os.checksum(body).to_bytes(2, "big")
 
 
 def test_checksum_against_a_plain_sum():
-    """The rule of the manual, step by step, on seeded bodies of every length."""
+    """The checksum is compared with the rule of the manual, step by step, on seeded bodies of every length."""
     draw = random.Random(1)
     for length in range(1, 254):
         body = bytes(draw.randrange(256) for _ in range(length))
@@ -66,7 +66,7 @@ def test_after_junk(data, junk):
 
 @examples
 def test_a_corrupt_byte_never_yields_the_frame(data):
-    """Each byte in turn, every single-bit error: the frame is not delivered, the next ones are."""
+    """Every single-bit error in each byte: the frame is not delivered, and the next frames are."""
     for at in range(len(data)):
         for bit in range(8):
             corrupt = bytearray(data)
@@ -79,7 +79,7 @@ def test_a_corrupt_byte_never_yields_the_frame(data):
 
 @pytest.mark.parametrize("data", [STOP, VEL, long_frame(40)], ids=["STOP", "VEL", "40"])
 def test_no_wrong_byte_is_believed(data):
-    """Each byte in turn, every other value of it."""
+    """Every wrong value of each byte."""
     for at in range(len(data)):
         for value in set(range(256)) - {data[at]}:
             decoder = p2os.FrameDecoder()
@@ -144,7 +144,8 @@ def test_drop_partial_gives_back_what_the_partial_frame_hid():
 
 @pytest.mark.parametrize("pattern", [b"\xFA\xFB\xFF", b"\xFA", b"\xFA\xFB", b"\xFA\xFB\xFF\xFA\xFB\x80"], ids=bytes.hex)
 def test_a_hostile_line_is_bounded(pattern):
-    """Two hundred kilobytes of false starts: little is held, no place looked at twice, a good frame gets through."""
+    """Two hundred kilobytes of false starts: the decoder holds few bytes, reads no place twice, and finds a good frame.
+    """
     decoder, looked_at = p2os.FrameDecoder(), []
     decoder._frame_end = lambda held, at, look=decoder._frame_end: looked_at.append(at) or look(held, at)
     chunk = pattern * (1000 // len(pattern))

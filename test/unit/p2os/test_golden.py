@@ -1,4 +1,4 @@
-"""Every example packet of the protocol notes, framed, said and read field by field."""
+"""Every example packet of the protocol sheet is framed, explained, and read field by field."""
 
 import golden
 import pytest
@@ -12,7 +12,7 @@ packets = pytest.mark.parametrize("example", golden.PACKETS, ids=golden.label)
 
 
 def test_no_example_is_lost():
-    """As many as were counted in the notes: 101 and 70, of which some stand there twice."""
+    """The protocol sheet has 101 and 70 examples. Some are there twice."""
     places = [place for example in golden.EXAMPLES
               for place in str(example["where"]).replace("camera ", "camera-").replace("arm ", "arm-").split()]
     on_devices = [place for place in places if place.startswith(("camera", "arm"))]
@@ -58,7 +58,7 @@ def test_packet(example):
 
 @packets
 def test_every_byte_is_read(example):
-    """Another byte anywhere in the data is another packet, so no expectation above is met by accident."""
+    """A changed byte anywhere in the data gives another packet. So every byte counts in the tests above."""
     grip_state_first = example.get("order") != "port first"
     frame = golden.frame(golden.wire(example))
     original = p2os.decode_packet(frame, grip_state_first)

@@ -1,4 +1,4 @@
-"""What holds for all bytes and all values, searched for by hypothesis."""
+"""What holds for all bytes and all values. hypothesis searches for exceptions."""
 
 from types import SimpleNamespace
 
@@ -29,13 +29,13 @@ ALL_NUMBERS = [table for table in TABLES if all(
 
 
 def cut(data, at):
-    """The pieces of data between these places."""
+    """Return the pieces of data between these places."""
     places = sorted({0, len(data), *(place % (len(data) + 1) for place in at)})
     return [data[begin:end] for begin, end in zip(places, places[1:])]
 
 
 def all_frames(pieces):
-    """What a decoder makes of the pieces, and the decoder."""
+    """Return the frames that a decoder finds in the pieces, and the decoder."""
     decoder = p2os.FrameDecoder()
     frames = []
     for piece in pieces:
@@ -123,7 +123,7 @@ def test_whatever_it_is_it_can_be_explained(stream):
 
 
 def read_field_by_field(table, data):
-    """What read_fields() does, slowly; the name of the field that is missing instead."""
+    """Do what read_fields() does, slowly. Returns the name of a missing field instead, if there is one."""
     values, at = dict.fromkeys(row.name for row in table), 0
     for row in table:
         try:
@@ -134,7 +134,7 @@ def read_field_by_field(table, data):
 
 
 def write_field_by_field(table, packet):
-    """What write_fields() does, slowly."""
+    """Do what write_fields() does, slowly."""
     values = [getattr(packet, row.name) for row in table]
     while values and values[-1] is None and table[len(values) - 1].optional:
         values.pop()
@@ -144,7 +144,9 @@ def write_field_by_field(table, packet):
 
 @given(some.data(), some.sampled_from(TABLES), some.binary(max_size=250))
 def test_a_packet_is_read_in_one_go_as_field_by_field(data, table, raw):
-    """Also cut off anywhere, with more behind it, and with a count of records that are not all there."""
+    """Data may be cut off anywhere, may have more bytes behind them, and may have a count of records that are not all
+    there.
+    """
     raw = raw.ljust(data.draw(some.integers(0, 60)), b"\0")
     many = [index for index, row in enumerate(table) if isinstance(row.type, Many)]
     if table in ALL_NUMBERS and many and data.draw(some.booleans()):
@@ -160,7 +162,7 @@ def test_a_packet_is_read_in_one_go_as_field_by_field(data, table, raw):
 
 @given(some.data(), some.sampled_from(ALL_NUMBERS))
 def test_a_packet_is_written_in_one_go_as_field_by_field(data, table):
-    """Also with values that do not fit, that are None, or that are of another kind."""
+    """Values may not fit, may be None, or may be of another type."""
     def number(row):
         if data.draw(some.integers(0, 9)):
             return data.draw(some.integers(row.type.low, row.type.high))

@@ -18,12 +18,12 @@ CLASSES = sorted({row[0] for row in tables.PACKETS.values()}, key=lambda packet_
 
 
 def again(packet, **order):
-    """`packet`, sent and received."""
+    """Return `packet` after sending and receiving it."""
     return p2os.decode_packet(golden.frame(p2os.encode_packet(packet, **order)), **order)
 
 
 def some(kind, draw):
-    """A random legal value of a wire type."""
+    """Return a random legal value of a wire type."""
     if isinstance(kind, NumberField):
         value = draw.choice([kind.low, kind.high, 0, 1, draw.randint(kind.low, kind.high)])
         return kind.names(value) if kind.names and issubclass(kind.names, enum.IntFlag) else value
@@ -40,7 +40,7 @@ def some(kind, draw):
 @pytest.mark.parametrize("grip_state_first", [True, False])
 @pytest.mark.parametrize("id", tables.PACKETS)
 def test_round_trip(id, grip_state_first):
-    """Seeded values in every field, all optional ones or only the first few."""
+    """Seeded values in every field, with all optional fields or only the first few."""
     draw = random.Random(id)
     packet_class, said_by_id = tables.PACKETS[id]
     table = tables.packet_rows(packet_class, grip_state_first)
@@ -52,7 +52,7 @@ def test_round_trip(id, grip_state_first):
 
 @pytest.mark.parametrize("packet_class", CLASSES)
 def test_every_field_has_a_row(packet_class):
-    """A field is in the table, or the frame's id says it."""
+    """Every field is in the table, or its value comes from the id of the frame."""
     said = {name for known, said_by_id in tables.PACKETS.values() if known is packet_class for name in said_by_id}
     assert [f.name for f in dataclasses.fields(packet_class)] == [*said, *(row.name for row in rows(packet_class))] \
         or packet_class is p2os.SyncEcho
@@ -61,7 +61,9 @@ def test_every_field_has_a_row(packet_class):
 
 @pytest.mark.parametrize("example", golden.PACKETS, ids=golden.label)
 def test_data_that_end_anywhere(example):
-    """Cut short: optional fields are None; a missing necessary one makes it malformed, and is named."""
+    """When the data are cut short, missing optional fields are None. A missing necessary field makes the packet
+    malformed, and is named.
+    """
     frame = golden.frame(golden.wire(example))
     whole = p2os.decode_packet(frame)
     for end in range(len(frame.data)):
@@ -100,7 +102,7 @@ def test_malformed_says_why():
     (46, "flags3"),
 ])
 def test_where_firmware_ends_its_sip(length, last):
-    """Byte count without sonar, by the last field that is sent (protocol 4)."""
+    """The byte count without sonar depends on the last field that the firmware sends (protocol sheet 4)."""
     names = [row.name for row in rows(p2os.Sip)]
     later = names[names.index(last) + 1:]
     full = {"battery_x10_dv": 1, "charge_state": 1, "rotation_velocity_ddeg_s": -1, "fault_flags": 1,
@@ -113,7 +115,7 @@ def test_where_firmware_ends_its_sip(length, last):
 
 
 def test_order_of_the_bytes_behind_the_sonars():
-    """S is the first of them: S is the gripper state on ARCOS, the analog port on P2OS."""
+    """The first byte behind the sonars is the gripper state on ARCOS, and the analog port on P2OS."""
     start = 23 + 3 * len(SIP.sonar)
     assert p2os.encode_packet(SIP)[start:start + 2] == b"\x21\x05"
     older = p2os.encode_packet(SIP, grip_state_first=False)

@@ -1,4 +1,4 @@
-"""Records of a line, written and told."""
+"""Records of a line are written and explained."""
 
 import pytest
 
@@ -12,7 +12,7 @@ SIP = bytes.fromhex("FAFB2833D204C8FF0002BE00D20080000200020700000203DC050498082
 
 
 def record(*made):
-    """The lines of a record."""
+    """Return the lines of a record."""
     return [TITLE, ""] + [written(entry) for entry in made]
 
 

@@ -1,4 +1,6 @@
-"""The model table: every robot loads with the values of its row, a user's file overrides, nonsense is refused."""
+"""The table of models: every robot has the values of its row, a user's file overrides them, and wrong files are
+refused.
+"""
 
 import math
 

@@ -1,7 +1,7 @@
-"""The protocol once more, written from the tables of the protocol notes alone. It shares nothing with the package.
+"""The protocol once more, written from the tables of the protocol sheet alone. It shares nothing with the package.
 
-It makes bytes of commands, and values of a robot's bytes. It is strict: a byte that belongs to nothing, or that is
-missing, is an AssertionError.
+It makes the bytes of commands, and reads the values of a robot's bytes. It is strict: a missing byte, or a byte that
+belongs to no field, is an AssertionError.
 """
 
 import struct
@@ -18,7 +18,7 @@ class Packet(NamedTuple):
 # Section 1: framing
 
 def checksum(body: bytes) -> int:
-    """Sum of words, high byte first; an odd last byte is XORed."""
+    """Return the sum of words, high byte first. An odd last byte is XORed."""
     total = 0
     for at in range(0, len(body) - 1, 2):
         total = (total + (body[at] << 8) + body[at + 1]) & 0xFFFF
@@ -26,12 +26,12 @@ def checksum(body: bytes) -> int:
 
 
 def framed(body: bytes) -> bytes:
-    """Id and data as a packet."""
+    """Return the packet with this id and data."""
     return b"\xFA\xFB" + bytes([len(body) + 2]) + body + checksum(body).to_bytes(2, "big")
 
 
 def command(number: int, value: Any = None) -> bytes:
-    """A command without argument, with an integer (sign in the type byte) or with a string."""
+    """Return a command without argument, with an integer (sign in the type byte), or with a string."""
     if value is None:
         return framed(bytes([number]))
     if isinstance(value, bytes):
@@ -40,7 +40,7 @@ def command(number: int, value: Any = None) -> bytes:
 
 
 def bodies(stream: bytes) -> List[bytes]:
-    """Id and data of every packet of a stream in which nothing but whole packets is."""
+    """Return id and data of every packet of a stream that has nothing but whole packets."""
     found, at = [], 0
     while at < len(stream):
         assert stream[at:at + 2] == b"\xFA\xFB", "no header at %d" % at
@@ -85,13 +85,13 @@ PLAIN = {
 
 
 class Reader:
-    """Takes fields off the front of data."""
+    """Takes one field after the other from the front of the data."""
 
     def __init__(self, data: bytes):
         self.data = data
 
     def fields(self, table: str, last: str = "") -> Dict[str, Any]:
-        """The values of a table, up to its field `last`."""
+        """Return the values of a table, up to its field `last`."""
         words = table.split()
         values = {}
         for name, kind in zip(words[::2], words[1::2]):
@@ -101,7 +101,7 @@ class Reader:
         return values
 
     def one(self, kind: str) -> Any:
-        """One value."""
+        """Return one value."""
         if kind == "z":
             text, nul, self.data = self.data.partition(b"\0")
             assert nul, "a string without end"
@@ -113,18 +113,18 @@ class Reader:
         return value
 
     def many(self, count: int, kind: str) -> Tuple[int, ...]:
-        """So many of a kind."""
+        """Return so many values of a kind."""
         return tuple(self.one(kind) for _ in range(count))
 
     def bytes(self, count: int) -> bytes:
-        """So many bytes as they are."""
+        """Return so many bytes, unchanged."""
         assert len(self.data) >= count
         taken, self.data = self.data[:count], self.data[count:]
         return taken
 
 
 def decode(body: bytes, family: str) -> Packet:
-    """What a packet says, to the last byte."""
+    """Return the values of a packet, to the last byte."""
     number, reader = body[0], Reader(body[1:])
     if number in (0, 1):
         values = {}
@@ -167,5 +167,5 @@ def decode(body: bytes, family: str) -> Packet:
 
 
 def decode_all(stream: bytes, family: str) -> List[Packet]:
-    """Every packet of a stream."""
+    """Return the values of every packet of a stream."""
     return [decode(body, family) for body in bodies(stream)]

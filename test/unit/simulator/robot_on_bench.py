@@ -13,13 +13,13 @@ from pioneer_control.simulator.world.poses import unit
 def heard(
     world: World, x: float, y: float, heading: float, half_width: float = math.radians(12.5), maximum: float = 5.0,
 ) -> float:
-    """What one sonar transducer hears."""
+    """Return the range that one sonar transducer measures."""
     ear = world.ear(half_width, maximum)
     return ear.echo(x, y, heading, unit(heading - half_width), unit(heading + half_width))
 
 
 class Bench:
-    """One robot on the bench: send it commands, let time pass, look at the packets it sent."""
+    """One robot on the bench. A test sends it commands, lets time pass, and looks at the packets that it sent."""
 
     def __init__(
         self, model: str = "p3dx-sh", world: Optional[World] = None,
@@ -38,7 +38,7 @@ class Bench:
         return self
 
     def sync(self, *numbers: int) -> "Bench":
-        """Send SYNC packets and take in the answers."""
+        """Send SYNC packets and read the answers."""
         for number in numbers:
             self.robot.receive(p2os.encode_frame(number))
             self.wait(0.0)
@@ -50,7 +50,7 @@ class Bench:
         return self.send("ENABLE", 1) if motors else self
 
     def wait(self, seconds: float, alive: bool = False) -> "Bench":
-        """Let time pass and decode what the robot sends; `alive` feeds its watchdog meanwhile."""
+        """Let time pass and decode what the robot sends. With `alive`, also feed its watchdog."""
         for share in [1.0] * int(seconds) + [seconds % 1.0] if alive else [seconds]:
             if alive:
                 self.send("PULSE")
@@ -61,7 +61,7 @@ class Bench:
         return self
 
     def of(self, kind) -> List:
-        """The packets of a class, oldest first."""
+        """Return the packets of a class, oldest first."""
         return [packet for packet in self.packets if isinstance(packet, kind)]
 
     @property

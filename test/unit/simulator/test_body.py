@@ -1,4 +1,4 @@
-"""The body: exact arcs, and walls that stop it."""
+"""The body: it moves on exact arcs, and walls stop it."""
 
 import math
 

@@ -1,6 +1,5 @@
-"""The table of commands.
-
-None is forgotten, old firmware lacks what the protocol says, and the page for people shows what the code does.
+"""The table of commands. It has every command, old firmware lacks what the protocol sheet says, and the page for users
+shows what the code does.
 """
 
 import copy
@@ -29,7 +28,8 @@ COLUMNS = ("PSOS", "P2OS", "AmigOS", "AROS", "ARCOS")
 
 
 def documented():
-    """The rows of the page, by number: number, name, whether each of `COLUMNS` obeys, and what it does or why nothing.
+    """Return the rows of the page, by number: number, name, whether each of `COLUMNS` obeys, and what it does or why
+    nothing.
     """
     for command in sorted(COMMANDS.values()):
         handler = HANDLERS.get(command.name)
@@ -42,7 +42,7 @@ def documented():
 
 
 def missing_rows(text):
-    """Rows that the page must have and has not."""
+    """Return the rows that the page must have and does not have."""
     lines = set(text.splitlines())
     return [row for row in documented() if "| %s |" % " | ".join(row) not in lines]
 
@@ -53,7 +53,7 @@ def test_every_command_is_obeyed_or_ignored_for_a_reason():
 
 
 def test_the_page_shows_the_table():
-    """Where this fails, the wanted rows are in the message: they belong into docs/simulator-commands.md."""
+    """When this fails, the message has the rows that docs/simulator-commands.md needs."""
     text = PAGE.read_text(encoding="utf-8")
     assert ["| %s |" % " | ".join(row) for row in missing_rows(text)] == []
     rows = [line for line in text.splitlines() if line.startswith("| ") and line.split("|")[1].strip().isdigit()]
@@ -65,7 +65,7 @@ def test_a_row_that_lies_is_seen():
 
 
 def unknown_numbers(text):
-    """`section.name` that the page names and robot.yaml has not; `section.*` stands for all."""
+    """Return `section.name` that the page names and robot.yaml does not have. `section.*` stands for all."""
     named = re.findall(r"`([a-z]+)\.([a-z_]+|\*)`", text)
     numbers = standard_numbers()
 
@@ -82,7 +82,7 @@ def test_the_numbers_that_the_page_names_are_there():
 
 
 def test_it_agrees_with_what_clients_are_told_of_old_firmware():
-    """Of the families that the protocol notes name; a client leaves nothing to hope with the others."""
+    """Of the families that the protocol sheet names. A client expects nothing of the others."""
     for name, families in UNKNOWN_TO.items():
         unknown_to = {family for family in FAMILIES if not HANDLERS[name].known_to(family)}
         assert unknown_to >= set(families) & {"PSOS", "P2OS", "AROS", "ARCOS"}, name
@@ -107,7 +107,7 @@ def test_who_knows_a_command_is_as_the_protocol_says(number, letters):
 
 
 def sensible(command):
-    """A legal value for a command."""
+    """Return a legal value for a command."""
     if command.argument is Argument.NONE:
         return ()
     if command.argument is Argument.STRING:

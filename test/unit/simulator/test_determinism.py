@@ -1,6 +1,6 @@
 """The same seed and the same bytes at the same simulated times give the same answers.
 
-This holds in every process, on every computer, and however time is split.
+This holds in every process and on every computer, and does not depend on how time is split.
 """
 
 import os

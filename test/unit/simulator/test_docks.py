@@ -1,4 +1,4 @@
-"""When a robot stands in a dock."""
+"""When a robot is in a dock."""
 
 import math
 

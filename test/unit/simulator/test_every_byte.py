@@ -39,14 +39,14 @@ TOUR = b"".join([
 
 
 def room():
-    """Four walls, cans, a dock."""
+    """Return four walls, cans and a dock."""
     corners = [(-ROOM, -ROOM), (ROOM, -ROOM), (ROOM, ROOM), (-ROOM, ROOM)]
     walls = [first + second for first, second in zip(corners, corners[1:] + corners[:1])]
     return World("room", walls=walls, cans=[Can(0.6, 0.3), Can(1.5, -0.5), Can(-1.2, 0.4)], docks=[(0.0, 0.0, 0.0)])
 
 
 def robot_of(name, gripper, gyro, seed=1):
-    """A robot with everything fitted that its model can have."""
+    """Return a robot with all equipment that its model can have."""
     numbers = load_numbers()
     numbers = dataclasses.replace(
         numbers, gyro=dataclasses.replace(numbers.gyro, kind=gyro),
@@ -57,7 +57,7 @@ def robot_of(name, gripper, gyro, seed=1):
 
 
 def whims(draw):
-    """Things that somebody may do to a robot: commands, and hands."""
+    """Return what a user may do to a robot: commands, and actions by hand."""
     number = draw.randrange
     return [
         lambda robot: robot.receive(command(4, 1)),
@@ -108,12 +108,12 @@ def whims(draw):
 
 
 def units(value, unit):
-    """As the wire has it."""
+    """Return a number in units of the wire."""
     return round(value / unit)
 
 
 def true_sip(robot):
-    """What the SIP of this moment must say, from the robot's parts."""
+    """Return what the SIP of this moment must have, from the robot's parts."""
     hardware, model, battery, gripper = robot.hardware, robot.model, robot.hardware.battery, robot.gripper
     turn = model.angle_units_per_rev
     x, y, heading = hardware.odometry.pose
@@ -146,7 +146,7 @@ def true_sip(robot):
 
 
 def true_grip(gripper):
-    """GRIP_STATE, section 6.2."""
+    """Return the true GRIP_STATE, section 6.2."""
     if gripper is None:
         return 0
     paddles, lift = gripper.paddle_motion, gripper.lift.motion
@@ -164,7 +164,7 @@ def true_grip(gripper):
 
 
 def true_digin(robot):
-    """DIGIN, section 6.4."""
+    """Return the true DIGIN, section 6.4."""
     gripper = robot.gripper
     if gripper is None:
         return 0xFF
@@ -175,7 +175,7 @@ def true_digin(robot):
 
 
 def check_sip(packet, robot):
-    """A SIP that was sent just now, field by field."""
+    """Check a SIP that was sent just now, field by field."""
     truth = true_sip(robot)
     for name, value in packet.values.items():
         if name == "sonar":
@@ -191,9 +191,8 @@ DEAD = set()
 
 
 def check_sonar(readings, robot):
-    """No nearer than the nearest wall to the transducer, no farther than the wall straight ahead of it.
-
-    The robot may have moved since the transducer fired.
+    """A range is no less than the distance from the transducer to the nearest wall, and no more than the distance to
+    the wall straight ahead of it. The robot may have moved since the transducer fired.
     """
     fitted = {transducer.number: transducer for transducer in robot.model.sonar}
     assert len(readings) <= 55
@@ -217,7 +216,7 @@ def check_sonar(readings, robot):
 
 
 def check(packet, robot):
-    """Any packet that was sent just now."""
+    """Check any packet that was sent just now."""
     hardware, values = robot.hardware, packet.values
     if packet.id in (0x32, 0x33):
         check_sip(packet, robot)
@@ -257,7 +256,7 @@ def check(packet, robot):
 
 
 def check_config(values, robot):
-    """CONFIGpac against the model, the limits and what is fitted."""
+    """Check CONFIGpac against the model, the limits and the equipment."""
     hardware, model = robot.hardware, robot.model
     linear, angular = hardware.drives.linear.limits, hardware.drives.angular.limits
     truth = dict(
@@ -281,10 +280,9 @@ def check_config(values, robot):
 
 
 def live(robot, seconds, seed, look):
-    """Let a robot live through whims, and show each packet to `look` in the step in which it was sent.
+    """Let a robot live with random commands, and give each packet to `look` in the step in which it was sent.
 
-    Returns:
-        All bytes that the robot sent.
+    Returns: All bytes that the robot sent.
     """
     draw = random.Random(seed)
     robot.receive(command(0) + command(1) + command(2) + command(1, 1) + command(4, 1) + TOUR)
@@ -329,7 +327,7 @@ def test_every_model_says_a_little_and_all_of_it_decodes():
 # It sees what is wrong
 
 def said():
-    """A second of a robot, as bytes."""
+    """Return what a robot sends in a second, as bytes."""
     return live(robot_of("p3dx-sh", True, 1), 1.0, seed=5, look=lambda packet, robot: None)
 
 
@@ -344,7 +342,7 @@ def test_no_changed_byte_goes_unseen():
 
 
 def bodies_until_broken(stream):
-    """The whole packets at the front of a stream that was cut."""
+    """Return the whole packets at the front of a stream that was cut."""
     found = []
     while len(stream) > 3 and len(stream) >= stream[2] + 3:
         end = stream[2] + 3
@@ -368,7 +366,7 @@ def test_the_packets_of_another_family_are_seen(family):
 
 
 def test_no_untrue_bit_of_a_sip_goes_unseen():
-    """Each bit changed, with the checksum made right: then it is the comparison with the truth that must see it."""
+    """Each bit is changed, and the checksum made right. Then the comparison with the truth must find the change."""
     robot = robot_of("p3dx-sh", True, 0)
     robot.receive(command(0) + command(1) + command(2) + command(1))
     robot.advance(0.08)

@@ -1,4 +1,4 @@
-"""The pictures of what faults do show every fault and every option, and the runs in them are what they say."""
+"""The pictures of fault effects show every fault and every option, and their runs have the stated effects."""
 
 import importlib.util
 import pathlib

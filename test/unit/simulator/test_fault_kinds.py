@@ -1,4 +1,4 @@
-"""Faults as they are written, when they begin and end, and what they act on."""
+"""Faults: how they are written, when they begin and end, and what they change."""
 
 import math
 
@@ -89,7 +89,7 @@ def test_a_timeline_that_is_not_there():
 
 
 class Scene:
-    """Two robots and what is said of their faults."""
+    """Two robots, and the messages about their faults."""
 
     def __init__(self):
         self.links = [RobotLink(Firmware(find_model("p3dx-sh"), World("hall")), str(number)) for number in range(2)]

@@ -1,4 +1,4 @@
-"""Sonar, gripper, inputs and outputs, as packets show them."""
+"""Sonar, gripper, inputs and outputs, as the packets show them."""
 
 import pytest
 
@@ -13,7 +13,7 @@ PALM = 0.21 + find_model("p3dx-sh").gripper.paddle_start
 
 
 def fired(bench):
-    """Numbers of the readings of each SIP."""
+    """Return the numbers of the readings of each SIP."""
     return [[reading.number for reading in sip.sonar] for sip in bench.sips]
 
 

@@ -1,4 +1,4 @@
-"""Synchronising, opening, closing; what the line may do to it all."""
+"""Synchronising, opening, closing, and what the line may do to all of them."""
 
 import random
 import struct
@@ -198,7 +198,7 @@ def test_order_of_gripper_and_port(model, first, second):
 
 
 def test_a_sip_byte_by_byte():
-    """Decoded here with struct alone: this test and the codec share nothing."""
+    """The bytes are decoded with struct alone. This test and the codec share nothing."""
     bench = Bench("p3dx-sh", World("wall", walls=[(2.0, -9.0, 2.0, 9.0)])).open()
     bench.send("VEL", 200).send("RVEL", -20).wait(2.0)
     frame = p2os.FrameDecoder().feed(bench.raw)[-1]
@@ -248,7 +248,9 @@ def test_what_cannot_be_is_refused():
 # -- the same bytes at the same times: the same answer
 
 def play(split, seed=3, noise=0.01, commands=120):
-    """Random commands at fixed times, the time between cut up as `split` says; everything the robot sent."""
+    """Return everything that the robot sent. It gets random commands at fixed times. `split` says how the time between
+    them is cut.
+    """
     draw = random.Random(11)
     box = World("box", walls=[(-2, -2, 2, -2), (2, -2, 2, 2), (2, 2, -2, 2), (-2, 2, -2, -2)])
     bench = Bench(world=box, noise=noise, seed=seed).open()

@@ -1,6 +1,6 @@
-"""Settings of the simulated robot, and what calibration does.
+"""Settings of the simulated robot, and the effect of calibration.
 
-Settings are kept, shown in CONFIGpac and forgotten at CLOSE. Old firmware does not know them.
+Settings are kept, shown in CONFIGpac, and forgotten at CLOSE. Old firmware does not know them.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""A little of what bench/fuzz_firmware.py does for minutes; and that it sees what it looks for."""
+"""A short run of bench/fuzz_firmware.py. The tests also check that it finds the errors it looks for."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Finding the few solids round a point, and polygons that meet."""
+"""Finding the solids near a point, and polygons that overlap."""
 
 import math
 import random
@@ -16,7 +16,7 @@ def solids(walls=(), posts=()):
 
 
 def distance(x, y, x1, y1, x2, y2):
-    """From a point to a segment, worked out another way than ours."""
+    """Return the distance from a point to a segment, calculated in another way than ours."""
     share = np.dot((x - x1, y - y1), (x2 - x1, y2 - y1)) / math.dist((x1, y1), (x2, y2)) ** 2
     share = min(1.0, max(0.0, share))
     return math.dist((x, y), (x1 + share * (x2 - x1), y1 + share * (y2 - y1)))

@@ -1,4 +1,4 @@
-"""Grids of cells: borders as few long segments, and where there is room."""
+"""Grids of cells: borders as few long segments, and the free room."""
 
 import math
 
@@ -9,12 +9,12 @@ from pioneer_control.simulator.world.grids import borders, roomiest
 
 
 def grid(*rows):
-    """Cells as a picture, the highest y first; # is true."""
+    """Return cells from a picture, the highest y first; # is true."""
     return np.array([[cell == "#" for cell in row] for row in reversed(rows)])
 
 
 def sides(segments):
-    """Segments whichever way round and in whatever order."""
+    """Return the sides of segments, in any direction and order."""
     return sorted(tuple(sorted((segment[:2], segment[2:]))) for segment in segments)
 
 
@@ -61,7 +61,7 @@ def test_a_slanted_room_has_few_segments_within_a_cell_of_it(angle_deg):
 
 
 def test_rough_walls_are_straightened_and_stay_closed():
-    """A wall that is a cell thicker here and there, as a measured one is."""
+    """Here and there the wall is a cell thicker, as in a measured map."""
     rng = np.random.RandomState(3)
     cells = np.zeros((60, 400), dtype=bool)
     cells[:10] = True
@@ -73,7 +73,7 @@ def test_rough_walls_are_straightened_and_stay_closed():
 
 @pytest.mark.parametrize("seed", range(20))
 def test_every_border_is_closed_and_near_every_edge(seed):
-    """Whatever the cells: ends meet, and each edge between a wall and no wall has a segment within a cell."""
+    """This holds for any cells: the ends meet, and each edge between a wall and no wall has a segment within a cell."""
     cells = np.random.RandomState(seed).rand(12, 15) < 0.1 + 0.04 * seed
     segments = borders(cells)
     ends = [end for x1, y1, x2, y2 in segments for end in ((x1, y1), (x2, y2))]

@@ -21,7 +21,7 @@ PRESSED, FREE = (True, True), (False, False)
 
 
 class Rig:
-    """A gripper on a robot that stands at the origin, with cans given ahead of its palm and left of the middle."""
+    """A gripper on a robot at the origin. The places of cans are given ahead of its palm and left of the middle."""
 
     def __init__(self, *cans, walls=(), radius=0.033, low=True, **numbers):
         self.world = World("rig", walls=walls, cans=[Can(PALM + x, y, radius) for x, y in cans])
@@ -32,7 +32,7 @@ class Rig:
             self.do(lambda gripper: gripper.lift.move_to(0.0))
 
     def do(self, *actions, seconds=6.0):
-        """Tell the gripper something and wait."""
+        """Give the gripper a command and wait."""
         for action in actions:
             action(self.gripper)
         for _ in range(round(seconds / DT)):
@@ -40,7 +40,7 @@ class Rig:
         return self
 
     def go(self, pose, steps=200):
-        """Drive the robot there in a straight line, pushing cans."""
+        """Drive the robot to a place in a straight line. It pushes cans."""
         start = self.pose
         for step in range(1, steps + 1):
             self.pose = tuple(a + (b - a) * step / steps for a, b in zip(start, pose))

@@ -1,7 +1,4 @@
-"""What can go wrong with the robot itself.
-
-Each attribute of its hardware that a fault sets, and what the wire then shows.
-"""
+"""Faults of the robot itself: each attribute of its hardware that a fault sets, and its effect on the wire."""
 
 import pytest
 

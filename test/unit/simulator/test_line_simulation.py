@@ -32,7 +32,7 @@ def open_session(lines, robot=0, baud=None):
 
 
 def sips(arrivals, robot=0):
-    """The standard packets that came to a client, each with the simulated second of its last byte."""
+    """Return the SIPs that came to a client, each with the simulated second of its last byte."""
     decoder, found = p2os.FrameDecoder(), []
     for arrival in arrivals:
         if arrival.robot == robot:
@@ -67,7 +67,7 @@ def test_one_sip_a_cycle_comes_over_any_line(baud):
 
 
 def test_a_slow_line_leaves_out_what_it_has_no_time_for_but_never_a_sip():
-    """Everything that can be asked for at once is more than 960 bytes a second."""
+    """All data that one can request at once are more than 960 bytes a second."""
     lines = alone()
     open_session(lines, baud=9600)
     for name in ("IOREQUEST", "ENCODER", "GRIPREQUEST"):

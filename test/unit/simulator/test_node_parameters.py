@@ -50,7 +50,7 @@ def test_mistakes(given, message):
 
 @pytest.mark.parametrize("name", known_worlds())
 def test_a_world_with_another_start_is_the_same_world(name):
-    """Also where that lies beyond all that is in it."""
+    """The start may also be outside of everything that is in the world."""
     own = load_world(name)
     moved = load_world(name).with_start((-30.0, 20.0, 1.0))
     assert moved.starts == [(-30.0, 20.0, 1.0), *own.starts]

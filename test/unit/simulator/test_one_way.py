@@ -1,4 +1,4 @@
-"""One direction of a line: how long bytes take, and what faults make of them."""
+"""One direction of a line: how long bytes take, and how faults change them."""
 
 import random
 
@@ -20,7 +20,7 @@ def wire(seed="0", **faults):
 
 
 def through(line, packets, gap_us=100000):
-    """What comes out of a wire when packets are sent one after the other."""
+    """Return what comes out of a wire when packets are sent one after the other."""
     for number, packet in enumerate(packets):
         line.send(packet, number * gap_us)
     return line.arrived(10 ** 12)

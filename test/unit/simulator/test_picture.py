@@ -1,4 +1,4 @@
-"""Pictures of worlds: everything of a world is in it, whatever its size, and mistakes are told."""
+"""Pictures of worlds: they show everything of a world of any size, and errors are reported."""
 
 import sys
 
@@ -12,7 +12,7 @@ from pioneer_control.simulator.picture import draw_world, figure, main
 
 
 def words(page):
-    """All texts of a figure."""
+    """Return all texts of a figure."""
     return [text.get_text() for text in page.texts + page.axes[0].texts]
 
 

@@ -1,6 +1,5 @@
-"""A record played as a robot.
-
-When it waits for the client, when it does not, and what it says of a client that does otherwise.
+"""A record that is played as a robot: when it waits for the client, when it does not, and its messages about a client
+that behaves differently.
 """
 
 import pytest
@@ -20,7 +19,7 @@ REPLY = encode_packet(p2os.SyncReply("then", "Pioneer", "p3dx-sh"))
 
 
 def sip(x):
-    """A SIP at x units."""
+    """Return a SIP at x units."""
     return encode_packet(p2os.Sip(
         type_id=p2os.STOPPED, x_counts=x, y_counts=0, heading_units=0, left_velocity_units=0, right_velocity_units=0,
         battery_dv=128, left_stall_bits=p2os.StallBits(0), right_stall_bits=p2os.StallBits(0),
@@ -29,7 +28,7 @@ def sip(x):
 
 
 def session(begin, number, *commands, robot=1):
-    """Connect, three SIPs, the commands after the first, CLOSE, and a last SIP that was on its way."""
+    """Connect, three SIPs, the commands after the first SIP, CLOSE, and a last SIP that was on its way."""
     pieces = [
         (0.0, True, CLOSE),
         (0.01, True, SYNC[0]),
@@ -61,12 +60,12 @@ class Played:
         self.robot = PlayedRobot(record, robot, lambda time, sentence: self.said.append((round(time, 3), sentence)))
 
     def tell(self, *packets):
-        """What it says to that at once."""
+        """Send bytes to it, and return what it answers at once."""
         self.robot.receive(b"".join(packets))
         return self.robot.take_sent()
 
     def connect(self):
-        """As far as OPEN, each command as late as the record's."""
+        """Connect up to OPEN, each command as late as in the record."""
         assert self.tell(SYNC[0]) == b"" and self.robot.advance(0.1) == SYNC[0]
         assert self.tell(SYNC[1]) == b"" and self.robot.advance(0.1) == SYNC[1]
         assert self.tell(SYNC[2]) == b"" and self.robot.advance(0.1) == REPLY
@@ -115,7 +114,9 @@ def test_a_client_that_sent_open_twice():
 
 
 def test_who_takes_an_answer_that_the_client_of_then_did_not_is_connected():
-    """A late answer to SYNC2, made to a CLOSE, which is the same packet; the client of then began anew."""
+    """The recorded client missed the late answer to SYNC2 (made to a CLOSE, which is the same packet) and began again.
+    The new client takes this answer.
+    """
     attempt = session(1.0, 0)[1:6] + [Entry(1.3, 1, True, CLOSE), Entry(1.31, 1, False, REPLY)]
     played = Played(attempt + session(5.0, 10))
     assert played.connect() == b"" and played.robot.session is FirmwareState.OPEN
@@ -169,7 +170,7 @@ def test_a_client_of_then_that_ended_no_session():
 
 
 def test_a_client_that_connects_while_the_record_is_elsewhere_skips_what_is_between():
-    """It lost the link sooner, and closed into the void."""
+    """It lost the link earlier than the recorded client, and its CLOSE reached nobody."""
     played = Played(TWO)
     played.connect()
     played.robot.close_session()

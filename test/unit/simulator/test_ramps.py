@@ -1,4 +1,4 @@
-"""Ramps against the closed forms of a trapezoid."""
+"""Ramps, compared with the closed forms of a trapezoid."""
 
 import pytest
 

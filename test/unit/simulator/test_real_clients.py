@@ -1,7 +1,7 @@
 """What real client programs do, byte for byte, in simulated time.
 
-The protocol notes saw them do it (sections 2, 8 and 13). Bytes go in by `Firmware.receive` and come out of
-`Firmware.advance`. They are made and read by the notes' tables, without the package's own codec.
+The protocol sheet has seen them do it (sections 2, 8 and 13). Bytes go in by `Firmware.receive` and come out of
+`Firmware.advance`. They are made and read by the tables of the sheet, without the package's own codec.
 """
 
 import dataclasses
@@ -23,7 +23,7 @@ EMPTY = ((0.0, 0.0, 0.0),)
 
 
 class Client:
-    """A program that speaks to a robot, and what it heard."""
+    """A program that talks to a robot, and the packets that it heard."""
 
     def __init__(self, model="p3dx-sh", world=None, **options):
         self.model = find_model(model)
@@ -32,13 +32,13 @@ class Client:
         self.time = 0.0
 
     def say(self, *packets):
-        """Write, each packet with one write."""
+        """Send packets, each with one write."""
         for packet in packets:
             self.robot.receive(packet)
         return self
 
     def wait(self, seconds, repeat=(), every=0.5):
-        """Listen for so long, saying something again and again."""
+        """Listen for so long, and repeat some packets."""
         for step in range(round(seconds / 0.01)):
             if repeat and step % round(every / 0.01) == 0:
                 self.say(*repeat)
@@ -47,7 +47,7 @@ class Client:
         return self
 
     def ask(self, packet, number, limit=1.0):
-        """Say something until a packet of a kind comes; it, or None."""
+        """Repeat some packets until a packet of a kind comes. Returns this packet, or None."""
         before = len(self.heard)
         for _ in range(round(limit / 0.2)):
             self.say(packet)
@@ -59,7 +59,9 @@ class Client:
         return None
 
     def connect(self):
-        """The vendor's client: each SYNC waits for its echo, a SIP in answer gets CLOSE and everything begins anew."""
+        """Connect as the vendor's client does: each SYNC waits for its echo. When a SIP answers, it sends CLOSE and
+        begins again.
+        """
         self.say(b"WMS2\r")
         for _ in range(50):
             number = 0
@@ -76,7 +78,7 @@ class Client:
         raise AssertionError("no connection")
 
     def answer_to_sync(self, number):
-        """The first packet within a second of a SYNC."""
+        """Return the first packet within a second of a SYNC."""
         before = len(self.heard)
         self.say(command(number))
         for _ in range(100):
@@ -86,7 +88,9 @@ class Client:
         return None
 
     def prepare(self):
-        """What follows the connection: the configuration, the battery, and the robot's own limits and accelerations."""
+        """Do what follows the connection: ask for the configuration, the battery, and the robot's own limits and
+        accelerations.
+        """
         self.config = self.ask(command(18, 1), 0x20).values
         self.say(command(62, 1)).wait(0.2)
         config = self.config
@@ -95,32 +99,32 @@ class Client:
             command(10, config["rot_vel_max"]), command(23, config["rot_acc"]), command(23, -config["rot_decel"]))
 
     def disconnect(self):
-        """As it ends: motors off, then CLOSE."""
+        """End as the client does: motors off, then CLOSE."""
         return self.say(command(4, 0)).wait(0.1).say(CLOSE).wait(0.1)
 
     @property
     def sips(self):
-        """All SIPs."""
+        """Return all SIPs."""
         return [packet.values for packet in self.heard if packet.id in SIPS]
 
     @property
     def sip(self):
-        """The newest SIP."""
+        """Return the newest SIP."""
         return self.sips[-1]
 
     def of(self, number):
-        """All packets of a kind, as values."""
+        """Return all packets of a kind, as values."""
         return [packet.values for packet in self.heard if packet.id == number]
 
     @property
     def pose(self):
-        """x, y in mm and heading in degrees, of the newest SIP."""
+        """Return x, y in mm and the heading in degrees, of the newest SIP."""
         x, y = (((self.sip[name] + 0x4000) % 0x8000 - 0x4000) * self.model.dist_mm_per_unit for name in ("x", "y"))
         return x, y, self.sip["th"] * 360.0 / self.model.angle_units_per_rev
 
 
 def driving(model="p3dx-sh", **options):
-    """A client that is connected, with motors on."""
+    """Return a client that is connected, with motors on."""
     return Client(model, **options).connect().prepare().say(command(4, 1)).wait(0.2)
 
 
@@ -320,7 +324,7 @@ def test_silence_stops_it_and_any_packet_revives_it():
 # Gripper, as the vendor's gripper class and as p2os read it
 
 def beams(sip):
-    """Inner, outer beam broken; left, right contact pressed."""
+    """Return whether the inner and outer beams are broken, and whether the left and right contacts are pressed."""
     return bool(sip["digin"] & 8), bool(sip["digin"] & 4), not sip["digin"] & 16, not sip["digin"] & 32
 
 
@@ -529,9 +533,8 @@ def test_twenty_polite_reconnects():
 
 
 def test_twenty_rude_reconnects():
-    """The program is killed while the robot drives, and the next program begins when the watchdog has stopped it.
-
-    The first packet of the next program is a SYNC0.
+    """The program is killed while the robot drives. The next program begins when the watchdog has stopped the robot.
+    Its first packet is a SYNC0.
     """
     client = Client()
     for _ in range(20):
@@ -595,7 +598,7 @@ def test_p2os_docks_and_stops_when_it_senses_power():
 # Gyro, compass, joystick
 
 def fitted(model="p3dx-sh", **sections):
-    """A robot with other numbers: section=dict(name=value)."""
+    """Return a robot with other numbers: section=dict(name=value)."""
     numbers = load_numbers()
     changed = {
         section: dataclasses.replace(getattr(numbers, section), **values) for section, values in sections.items()}
@@ -603,7 +606,7 @@ def fitted(model="p3dx-sh", **sections):
 
 
 def turned_by(readings):
-    """Degrees, as the vendor's client adds up readings."""
+    """Return the degrees that the vendor's client gets by adding up readings."""
     return sum(-(reading - 512) * (5 / 1023) * (300 / 2.5) * 1.626 * 0.025 for reading, _ in readings)
 
 

@@ -1,4 +1,4 @@
-"""robot.yaml and a user's file over it."""
+"""robot.yaml, and a user's file that overrides it."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Shoves of cans, as the node of the simulator tells them."""
+"""Pushed cans, as the simulator's node reports them."""
 
 from robot_on_bench import Bench
 
@@ -8,7 +8,7 @@ from pioneer_control.simulator.world import Can, World
 
 
 class Watched:
-    """A robot whose shoves are watched ten times a second."""
+    """A robot whose pushes are watched ten times a second."""
 
     def __init__(self, *cans, **options):
         self.bench = Bench(world=World("cans", cans=[Can(x, y) for x, y in cans]), **options).open()

@@ -1,6 +1,5 @@
-"""Several robots in one world and one time.
-
-They see each other, stop each other, and do not depend on how time is split.
+"""Several robots in one world and one time. They see each other, stop each other, and do not depend on how time is
+split.
 """
 
 import dataclasses
@@ -22,7 +21,7 @@ TWO_STARTS = ((0.0, 0.0, 0.0), (2.0, 0.0, math.pi))
 
 
 def sips(sent, decoder=None):
-    """The SIPs in the bytes that a robot sent."""
+    """Return the SIPs in the bytes that a robot sent."""
     packets = [p2os.decode_packet(frame) for frame in (decoder or p2os.FrameDecoder()).feed(sent)]
     return [packet for packet in packets if isinstance(packet, p2os.Sip)]
 
@@ -35,7 +34,7 @@ def two_robots(world=None, **options):
 
 
 def ranges(sent):
-    """The last range (mm) of every transducer in some bytes."""
+    """Return the last range (mm) of every transducer in some bytes."""
     return {reading.number: reading.range_units for sip in sips(sent) for reading in sip.sonar}
 
 
@@ -85,7 +84,9 @@ def test_a_robot_cannot_start_in_another():
 
 
 def wander(simulation, seconds, slices, seed):
-    """All the bytes of some robots that get random commands ten times a second while time passes in `slices` pieces."""
+    """Return all bytes of some robots that get random commands ten times a second, while time passes in `slices`
+    pieces.
+    """
     rng = random.Random(seed)
     sent = [b""] * len(simulation.robots)
     for _ in range(round(seconds * 10)):
@@ -129,7 +130,7 @@ def test_a_can_between_two_robots_is_jammed():
 
 
 class Standing:
-    """A body as far as a crowd looks at it."""
+    """The part of a body that a crowd uses."""
 
     def __init__(self, pose, reach):
         self.pose, self.reach = pose, reach

@@ -1,7 +1,4 @@
-"""Options of the sonar: cone, specular loss, noise and range.
-
-Each has an effect of the right sign and size, and none when it is off.
-"""
+"""Options of the sonar: cone, specular loss, noise and range. Each has the right effect, and none when it is off."""
 
 import dataclasses
 import math
@@ -18,7 +15,7 @@ def numbers(**options):
 
 
 def heard(world, seconds=1.0, seed=0, **options):
-    """The ranges (mm) that transducer 0 of a p3dx-sh, which looks to the left, reports."""
+    """Return the ranges (mm) of transducer 0 of a p3dx-sh, which looks to the left."""
     noise = options.get("noise", 0.0)
     bench = Bench(world=world, numbers=numbers(**options), gripper=False, noise=noise, seed=seed).open()
     sips = bench.wait(seconds, alive=True).sips
@@ -26,7 +23,7 @@ def heard(world, seconds=1.0, seed=0, **options):
 
 
 def wall_to_the_left(slant_deg, distance=2.0):
-    """A wall whose nearest point to transducer 0 lies `slant_deg` off its axis."""
+    """Return a wall whose nearest point to transducer 0 is `slant_deg` off its axis."""
     _, x, y, heading = Bench().model.sonar[0]
     angle = heading + math.radians(slant_deg)
     x, y = x + distance * math.cos(angle), y + distance * math.sin(angle)

@@ -1,4 +1,4 @@
-"""Where many robots stand at first."""
+"""The places where many robots stand at the start."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Trigonometry from + - * / and sqrt: as right as it says, and the same bits on every computer."""
+"""Trigonometry from + - * / and sqrt. It is as exact as it says, and gives the same bits on every computer."""
 
 import ast
 import hashlib
@@ -38,7 +38,7 @@ def test_length_of_vectors():
 
 
 def test_nothing_of_the_c_library_is_asked_but_what_is_exact():
-    """floor and sqrt have one right answer; every other function of a library may round as it likes."""
+    """floor and sqrt have exactly one right result. A C library may round every other function as it likes."""
     tree = ast.parse(inspect.getsource(exact))
     attributes = [node for node in ast.walk(tree) if isinstance(node, ast.Attribute)]
     used = {node.attr for node in attributes if getattr(node.value, "id", "") == "math"}
@@ -65,7 +65,7 @@ OFF_THE_WIRE = {"node.py", "picture.py"}
 
 
 def inexact_sums(source):
-    """What a Python source does with such functions, or with powers of what may be a float."""
+    """Return how a Python source uses such functions, or powers of numbers that may be floats."""
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Attribute):
             of_library = getattr(node.value, "id", "") in ("math", "np")

@@ -1,4 +1,4 @@
-"""What comes through a serial line whose ends have different speeds."""
+"""The bytes that come through a serial line whose ends have different speeds."""
 
 import itertools
 import random

@@ -1,4 +1,4 @@
-"""Options of the wheels: each has an effect of the right sign and size, and none when off."""
+"""Options of the wheels: each has the right effect, and none when it is off."""
 
 import dataclasses
 import math
@@ -69,7 +69,7 @@ def test_the_seed_decides():
 
 
 def driven(command, value, seconds, **options):
-    """A robot after a command: it, and the bytes it sent."""
+    """Return a robot after a command, and the bytes that it sent."""
     bench = Bench(numbers=numbers(**options), gripper=False).open().send("SETV", 500).send(command, value)
     return bench.wait(seconds, alive=True)
 

@@ -1,4 +1,4 @@
-"""ARIA's .map files as worlds: what each kind of line becomes, and what a wrong one is told."""
+"""ARIA's .map files as worlds: the meaning of each kind of line, and the errors of wrong files."""
 
 import math
 
@@ -77,7 +77,7 @@ def points_along(x1, y1, x2, y2, step):
 
 
 def test_points_make_walls_where_there_are_no_lines(tmp_path):
-    """A scanned room of 6 by 4 m: its inside has four walls, within twice the resolution of the scan."""
+    """A scanned room of 6 by 4 m. Its inside has four walls, within twice the resolution of the scan."""
     corners = [(0, 0), (6000, 0), (6000, 4000), (0, 4000), (0, 0)]
     points = "".join(points_along(*first, *second, 50) for first, second in zip(corners, corners[1:]))
     header = "2D-Map\nResolution: 50\nCairn: RobotHome 3000 2000 0 \"\" ICON \"\"\nDATA:\n"
@@ -88,7 +88,7 @@ def test_points_make_walls_where_there_are_no_lines(tmp_path):
 
 
 def test_a_slanted_scan_is_one_wall_without_gaps(tmp_path):
-    """Points somewhat farther apart than the resolution says."""
+    """The distance between points is a little more than the stated resolution."""
     world = load_world(written(tmp_path, "2D-Map\nResolution: 20\nDATA\n" + points_along(0, 0, 8000, 3000, 25)))
     assert len(world.walls) <= 10
     for share in range(1, 80):

@@ -1,4 +1,4 @@
-"""What a body touches, and how far it is from it."""
+"""What a body touches, and its distance to it."""
 
 import math
 import random

@@ -1,4 +1,4 @@
-"""World files: those of the package, the form of a file, and what a wrong file is told."""
+"""World files: those of the package, their form, and the errors of wrong files."""
 
 import math
 import os

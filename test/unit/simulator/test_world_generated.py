@@ -1,4 +1,4 @@
-"""Worlds drawn from seeds, and the measures of free space that go with them."""
+"""Worlds that are drawn from seeds, and their measures of free space."""
 
 import math
 import pathlib
@@ -45,7 +45,7 @@ def test_same_seed_same_world(kind):
 
 
 def test_a_seed_means_the_same_world_for_ever():
-    """Accepted figures are quoted by seed: a change of the generator must be meant."""
+    """Published results name their seeds, so nobody may change the generator by accident."""
     assert {kind: [round(value, 6) for value in random_world(1, kind).starts[0]] for kind in sorted(KINDS)} == PINNED
 
 
@@ -70,7 +70,7 @@ def test_unknown_kind():
 
 
 def hall(width):
-    """Two chambers of 4 by 4 m, joined by a passage 2 m long of the given width."""
+    """Return two chambers of 4 by 4 m, joined by a passage of 2 m length and the given width."""
     low, high = -width / 2.0, width / 2.0
     corners = [
         (-6, -2), (-2, -2), (-2, low), (0, low), (0, -2), (4, -2),

@@ -1,4 +1,4 @@
-"""Maps of ROS's map_server as worlds: cells, origin, thresholds, modes, formats, and what a wrong file is told."""
+"""Maps of ROS's map_server as worlds: cells, origin, thresholds, modes, formats, and the errors of wrong files."""
 
 import math
 
@@ -18,7 +18,8 @@ ROOM[[0, -1]] = ROOM[:, [0, -1]] = ROOM[2:4, 2:6] = 0
 
 
 def written(tmp_path, cells=ROOM, picture=None, **values):
-    """A map of these cells, row 0 on top, with what differs from `VALUES`; a value that is None is left out."""
+    """Return a map of these cells, row 0 on top. Other values replace those of `VALUES`. A value of None is left out.
+    """
     values = {**VALUES, **values}
     if cells is not None:
         (Image.fromarray(cells) if picture is None else picture).save(str(tmp_path / values["image"]))
@@ -125,7 +126,7 @@ def test_other_keys_are_skipped_and_said(tmp_path):
 
 
 def test_a_large_map_is_few_walls(tmp_path):
-    """A measured building of 40 by 30 m, slanted and rough."""
+    """A measured building of 40 by 30 m, turned and rough."""
     y, x = np.mgrid[0:600, 0:800]
     ahead, aside = 0.96 * x + 0.28 * y - 300.0, 0.96 * y - 0.28 * x + 200.0
     rough = np.random.RandomState(1).randint(0, 2, (600, 800))

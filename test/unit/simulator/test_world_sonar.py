@@ -1,7 +1,4 @@
-"""What sonar hears, compared with closed forms worked out on paper and with brute force.
-
-It is never compared with another cone caster.
-"""
+"""Sonar ranges, compared with closed forms from paper and with brute force, and never with another cone caster."""
 
 import math
 import random
@@ -18,12 +15,12 @@ MAXIMUM = 5.0
 
 
 def heard(world, x=0.0, y=0.0, heading=0.0, half_width=HALF, maximum=MAXIMUM):
-    """What one sensor hears."""
+    """Return the range that one sensor measures."""
     return robot_on_bench.heard(world, x, y, heading, half_width, maximum)
 
 
 def wall_at(distance, normal_deg, half_length=20.0):
-    """A wall at a distance from the origin whose nearest point lies in the direction `normal_deg`."""
+    """Return a wall at a distance from the origin. Its nearest point is in the direction `normal_deg`."""
     angle = math.radians(normal_deg)
     x, y = distance * math.cos(angle), distance * math.sin(angle)
     along_x, along_y = -math.sin(angle) * half_length, math.cos(angle) * half_length
@@ -151,7 +148,7 @@ def test_cone_too_wide_or_without_width_is_refused(half_width):
 
 
 def crowd(rng):
-    """A few walls and posts at random about the origin."""
+    """Return a few walls and posts at random places about the origin."""
     walls = [[rng.uniform(-3.0, 3.0) for _ in range(4)] for _ in range(rng.randint(0, 5))]
     posts = [(rng.uniform(-3.0, 3.0), rng.uniform(-3.0, 3.0), rng.choice([0.025, 0.1, 0.8]))
              for _ in range(rng.randint(0, 3))]
@@ -159,7 +156,7 @@ def crowd(rng):
 
 
 def sampled_echo(walls, posts, x, y, heading, half_width):
-    """The nearest of many points on every wall and rim that lie in the cone; arctan2 decides which do."""
+    """Return the nearest of many points on all walls and rims that are in the cone. arctan2 decides which are."""
     share = np.linspace(0.0, 1.0, 20001)
     points = [(x1 + (x2 - x1) * share, y1 + (y2 - y1) * share) for x1, y1, x2, y2 in walls]
     points += [(px + r * np.cos(2 * np.pi * share), py + r * np.sin(2 * np.pi * share)) for px, py, r in posts]

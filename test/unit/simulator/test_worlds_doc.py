@@ -1,4 +1,4 @@
-"""What docs/worlds.md says is so."""
+"""docs/worlds.md is true."""
 
 import dataclasses
 import pathlib

@@ -1,4 +1,4 @@
-"""How far an outline can go, against cases that can be worked out by hand."""
+"""How far an outline can move, in cases that can be calculated by hand."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What is remembered of the sonars, and what refutes it."""
+"""What is remembered of the sonar ranges, and what deletes it."""
 
 import math
 
@@ -13,7 +13,7 @@ ON_THE_LEFT = (LEFT.x, LEFT.y + 0.4)  # on the axis of that sonar
 
 
 def take(ranges, echoes=(), *, turning=False, **more):
-    """What is remembered after a snapshot, and what is known around the robot then."""
+    """Take a snapshot. Returns what is remembered, and what is then known around the robot."""
     kept, around = remember(tuple(echoes), snapshot(ranges, ROBOT, **more), turning)
     return kept, [(round(x, 3), round(y, 3)) for x, y in around]
 
@@ -25,7 +25,7 @@ def test_an_echo_lies_on_the_axis_of_its_cone():
 
 
 def test_it_is_remembered_where_it_is_not_where_the_robot_was():
-    """The robot stands at (2, 1) and looks along y: its left is -x."""
+    """The robot is at (2, 1) and faces along y. Its left is -x."""
     kept, _ = take({0: 0.4}, pose=(2.0, 1.0, math.pi / 2))
     assert [(echo.x, echo.y) for echo in kept] == [pytest.approx((2.0 - ON_THE_LEFT[1], 1.0 + ON_THE_LEFT[0]))]
     _, around = take({0: 0.4}, kept, pose=(0.0, 0.0, 0.0), everything_else=0.3)

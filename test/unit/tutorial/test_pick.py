@@ -1,4 +1,4 @@
-"""What the gripper's reports mean."""
+"""The meaning of the gripper's reports."""
 
 import pytest
 
@@ -67,7 +67,7 @@ def test_a_robot_without_a_gripper_says_so(step):
     (False, None),
 ])
 def test_held_is_closed_felt_by_both_paddles_and_seen_by_a_beam(held, grip):
-    """Row 26: the original did not tell whether it held anything."""
+    """Row 26: the original did not report whether it held anything."""
     assert holds(grip) is held
 
 

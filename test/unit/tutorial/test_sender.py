@@ -1,4 +1,4 @@
-"""Everything is published in order by one thread that is not the caller's, and the last velocity is zero."""
+"""One thread publishes everything in order. It is not the caller's thread. The last velocity is zero."""
 
 import signal
 import threading
@@ -9,7 +9,7 @@ from pioneer_control.tutorial.sender import Sender
 
 
 class Publisher:
-    """Keeps what is published; its lock cannot be taken twice by one thread, like those of rospy's connections."""
+    """Keeps what is published. One thread cannot take its lock twice, as with rospy's connections."""
 
     def __init__(self):
         self.published = []
@@ -63,7 +63,7 @@ def test_nothing_after_the_end(sender, velocity):
 
 
 def test_a_signal_in_the_middle_of_sending_ends_it_too(sender, velocity):
-    """What rospy does at Ctrl-C: the hook runs on top of the main thread, wherever that is."""
+    """At Ctrl-C rospy calls the hook in the main thread, at any line of it."""
     ended = threading.Event()
     before = signal.signal(signal.SIGALRM, lambda *_: (sender.end(), ended.set()))
     try:

@@ -1,4 +1,6 @@
-"""Sonar messages find the poses of the same stamp, whichever topic is faster, whatever gets lost."""
+"""Sonar messages are joined with the poses of the same stamp. It does not matter which topic is faster, or what gets
+lost.
+"""
 
 import itertools
 
@@ -18,9 +20,10 @@ def pose_of(number):
 
 
 def seen(events):
-    """What is seen by events, ("pose" or "sonar", stamp [tenths of a second after FIRST, or None]).
+    """Give events to Sights: ("pose" or "sonar", stamp [tenths of a second after FIRST, or None]).
 
-    Each as (stamp, pose's number, sonar's number). A message's number is that of its place on its topic.
+    Returns (stamp, number of the pose, number of the sonar message). Messages are numbered in their order on their
+    topic.
     """
     sights, counts, found = Sights(), {"pose": 0, "sonar": 0}, []
     for place, (topic, stamp) in enumerate(events):
@@ -69,12 +72,12 @@ def test_nothing_is_seen_before_the_first_pose():
 
 
 def test_equal_stamps_one_after_the_other_belong_together_in_their_order():
-    """A coarse clock: two packets between two ticks."""
+    """The clock is coarse, and two packets come between two ticks."""
     assert seen([("sonar", 1), ("sonar", 1), ("pose", 1), ("pose", 1)]) == [(1, 0, 0), (1, 1, 1)] == seen(both(1, 1))
 
 
 def test_stamps_that_go_back_a_little_are_no_jump():
-    """A paused clock, from which the age of a packet is taken away."""
+    """ROS time is paused, and the stamp is that time minus the age of the packet."""
     assert seen(both(5, 4.99, 5.01, 4.98)) == [(5, 0, 0), (4.99, 1, 1), (5.01, 2, 2), (4.98, 3, 3)]
     assert seen(both(5) + [("sonar", 4.99), ("pose", 5.1), ("sonar", 5.1)])[1:] == [(4.99, 0, 1), (5.1, 1, 2)]
     sights = Sights()
@@ -118,14 +121,16 @@ def test_after_a_jump_back_no_pose_of_before_serves():
 
 
 def test_a_jump_back_that_one_topic_does_not_show_ends_nothing():
-    """Of a bag of a second that is played over and over: its sonar begins later."""
+    """A bag of one second is played in a loop. Its sonar begins later than its pose."""
     times = [
         ("pose", 0), ("pose", 11), ("sonar", 2), ("sonar", 11), ("pose", 0), ("sonar", 2), ("pose", 11), ("sonar", 11)]
     assert len(seen(times * 5)) > 10
 
 
 def stalls_seen(events):
-    """Of ("pose", "sonar", "stall" or "free", tenth of a second): (tenth of a sonar message, was it stalled then?)."""
+    """Take events of ("pose", "sonar", "stall" or "free", tenth of a second). Returns (tenth of a sonar message,
+    stalled at that time?).
+    """
     sights, found = Sights(), []
     for topic, tenth in events:
         stamp = FIRST + round(tenth * SECOND / 10)
@@ -138,7 +143,7 @@ def stalls_seen(events):
 
 
 def test_a_stall_belongs_to_the_sonar_message_of_its_stamp():
-    """Whichever of the three comes last."""
+    """Any of the three may come last."""
     for order in itertools.permutations([("pose", 2), ("sonar", 2), ("stall", 2)]):
         assert stalls_seen([("free", 1), *order, ("free", 3), ("pose", 3), ("sonar", 3)]) == [(2, True), (3, False)]
 
@@ -178,7 +183,7 @@ STEPS = st.lists(st.sampled_from([-3 * JUMP_BACK, 0, TENTH, TENTH, TENTH, SECOND
 
 @given(STEPS, st.data())
 def test_which_topic_is_faster_changes_nothing(steps, data):
-    """Any messages, some lost, in any interleaving that keeps the order of each topic."""
+    """All messages, with some lost, in any order that keeps the order of each topic."""
     stamps = [FIRST + sum(steps[:count]) for count in range(len(steps))]
     lost = data.draw(st.sets(st.tuples(st.sampled_from(["pose", "sonar"]), st.integers(1, len(steps)))))
     topics = {

@@ -1,4 +1,4 @@
-"""What a robot's shape tells the wander, and that a snapshot is of one moment."""
+"""What the wander knows from a robot's shape. A snapshot is of one moment."""
 
 import math
 
@@ -37,7 +37,7 @@ def test_front_of_an_array_with_one_in_the_middle():
     (shape("p3dx-sh", rear_sonar=False), False), (shape("amigo-sh"), False),
 ])
 def test_only_a_full_rear_array_sees_behind(robot, sees):
-    """An AmigoBot's two rear sonars look to the sides of where it would reverse."""
+    """The two rear sonars of an AmigoBot look to the sides of its way backwards."""
     assert robot.sees_behind is sees
 
 
@@ -51,7 +51,7 @@ def heard():
 
 
 def test_a_snapshot_does_not_change_when_something_new_is_heard():
-    """Row 18: the original's ranges changed between two looks at them."""
+    """Row 18: the original's ranges could change between two reads."""
     before = heard()
     taken = before.snapshot(10.2, 0.2)
     after = before._replace(ranges=(2.0,) * 16, pose=Pose(0.0, 0.0, 0.0))
@@ -71,14 +71,14 @@ def test_a_snapshot_is_as_old_as_the_oldest_in_it():
 
 @pytest.mark.parametrize("missing", ["pose", "ranges", "robot"])
 def test_there_is_no_snapshot_of_what_was_never_heard(missing):
-    """Row 17: the original acted on sixteen zeros of its own making."""
+    """Row 17: the original used sixteen zeros that no sonar had measured."""
     with pytest.raises(NoAnswerError):
         heard()._replace(**{missing: None}).snapshot(10.2, 0.2)
 
 
 @pytest.mark.parametrize("count", [0, 7, 8, 12])
 def test_any_number_of_ranges_will_do_and_what_is_not_there_is_not_heard(count):
-    """Row 17: the original took sixteen ranges or nothing."""
+    """Row 17: the original accepted sixteen ranges or nothing."""
     snapshot = heard()._replace(ranges=(1.0,) * count).snapshot(10.2, 0.2)
     assert snapshot.ranges == (1.0,) * count + (0.0,) * (16 - count)
 

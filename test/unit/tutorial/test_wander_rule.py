@@ -1,4 +1,4 @@
-"""Every rule of the wander, one snapshot at a time; test/integration/test_wander.py tries the robot as a whole."""
+"""Every rule of the wander, one snapshot at a time. test/integration/test_wander.py tests the whole robot."""
 
 import math
 from dataclasses import replace
@@ -19,7 +19,7 @@ NEAR_AHEAD = {number: 0.5 for number in (1, 2, 3, 4, 5, 6)}
 
 
 def decide(ranges, memory=Memory(), robot=FULL, **more):
-    """One decision on a snapshot."""
+    """Make one decision on a snapshot."""
     return wander(snapshot(ranges, robot, **more), memory)
 
 
@@ -41,13 +41,13 @@ def test_otherwise_turn_on_the_spot_towards_the_farthest(farthest, turn):
 
 @pytest.mark.parametrize("not_in_front", [0, 7, 8, 12, 15])
 def test_only_the_front_sonars_are_compared(not_in_front):
-    """Row 19: the original looked the farthest range up among all sixteen."""
+    """Row 19: the original looked for the farthest range among all sixteen."""
     command, _ = decide({not_in_front: 4.9, 5: 4.0}, everything_else=2.5)
     assert command.angular < 0
 
 
 def test_a_range_that_a_rear_sonar_has_too_is_still_the_front_ones():
-    """Row 19 again: 4.0 stands at index 0 first."""
+    """Row 19 again: 4.0 is at index 0 first."""
     command, _ = decide({0: 4.0, 5: 4.0}, everything_else=2.5)
     assert command.angular < 0
 
@@ -61,7 +61,8 @@ def test_turn_back_when_nothing_ahead_is_open():
 
 
 def test_what_it_calls_clear_is_not_more_than_its_sonars_see():
-    """Just after "no sonar ahead sees 2 m" it said "5.0 m clear": it did not count what stands beside the way."""
+    """The wander said "no sonar ahead sees 2 m", and then "5.0 m clear". It did not count what stands beside the way.
+    """
     assert decide({3: 2.1, 4: 2.1}, everything_else=1.0)[0].reason == "driving: 2.1 m clear ahead"
     assert decide({3: 0.8, 4: 2.1}, DRIVING, everything_else=1.0)[0].reason < "driving: 1.0"
 
@@ -72,7 +73,7 @@ def test_no_turning_back_while_something_is_open():
 
 
 def test_chance_chooses_the_side_and_the_seed_chooses_the_chance():
-    """Row 21: the original handed two arguments to random.choice."""
+    """Row 21: the original gave two arguments to random.choice."""
     blocked = {number: 0.9 for number in range(1, 7)}
     sides = [decide(blocked, Memory(seed=seed))[0].angular for seed in range(40)]
     assert sides == [decide(blocked, Memory(seed=seed))[0].angular for seed in range(40)]
@@ -102,7 +103,7 @@ def test_once_turning_it_keeps_to_its_side():
 
 
 def test_after_enough_turning_it_takes_the_best_way_it_saw():
-    """Nothing is open anywhere; at 90 degrees it sees farther than elsewhere."""
+    """Nothing is open anywhere. At 90 degrees it sees farther than in other directions."""
     memory, heading, seen = Memory(seed=1), 0.0, []
     for step in range(800):
         ahead = 1.5 if abs(math.remainder(heading - math.pi / 2, 2 * math.pi)) < 0.1 else 1.2
@@ -156,7 +157,7 @@ def test_it_stops_before_what_stands_ahead(robot):
 
 
 def test_it_stops_for_what_only_one_side_sonar_sees_in_the_way():
-    """Row 22: the original clips corners, since only the farthest sonar counts for it."""
+    """Row 22: the original hit corners, because it used only the farthest sonar."""
     command, _ = decide({2: 0.27}, DRIVING)
     assert command.linear == 0.0
 
@@ -203,7 +204,7 @@ def test_a_robot_without_front_sonars_stands_still():
 
 
 def test_a_turn_that_would_sweep_something_goes_the_other_way():
-    """Something stands at the left of the rear, where the body turns when it turns right."""
+    """Something stands at the left of the rear, where the body moves when the robot turns right."""
     turning_right = Memory(going=Going.TURNING, side=-1)
     ranges = {**NEAR_AHEAD, 15: beside(FULL, 15) - 0.03, 14: beside(FULL, 14) - 0.03}
     command, _ = decide(ranges, turning_right, everything_else=1.0)
@@ -225,7 +226,7 @@ ENCLOSED = {number: 0.21 for number in (0, 1, 2, 3, 4, 5, 6, 7)}
 
 
 def until_it_backs_off(robot, ranges, decisions=200):
-    """Everything it commands with a wall all round its front, until it reverses."""
+    """Return all commands until it reverses. Walls surround its front."""
     memory, commands = Memory(), []
     for step in range(decisions):
         command, memory = decide(ranges, memory, robot, time=100 + step / 10)
@@ -266,7 +267,7 @@ HELD_REASON = "stopped: the wheels stall, something holds the robot"
 
 
 def moves(memory, until, robot=FULL, stalled=lambda time: False, ranges=None, **more):
-    """What it does from 100 s on, ten times a second. It turns as it is told."""
+    """Return its moves from 100 s on, ten times a second. It turns as commanded."""
     heading, made = 0.0, []
     for tenth in range(round((until - 100) * 10)):
         time = 100 + tenth / 10
@@ -320,7 +321,7 @@ def test_held_while_it_turns_it_stops_too():
 
 
 def test_nothing_leads_back_to_what_held_it():
-    """In a dead end, where the only way that is open is the one it came against."""
+    """It is in a dead end. The only open way leads to what held it."""
     dead_end = {number: 0.22 for number in (0, 1, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)}
     made, _ = moves(DRIVING, 140, stalled=lambda time: time < 101, ranges=dead_end)
     assert all(abs(math.remainder(heading, 2 * math.pi)) > AVOIDED for _, heading, move in made if move.linear > 0)
@@ -372,7 +373,7 @@ def test_a_memory_is_not_changed_by_a_decision():
 # Other robots
 
 def test_an_eight_sonar_robot_wanders_by_the_same_rule():
-    """Row 17: the original ignored every message that had not sixteen ranges."""
+    """Row 17: the original ignored every message that did not have sixteen ranges."""
     assert decide({}, robot=SMALL)[0].linear > 0
     assert decide({1: 4.0}, robot=SMALL, everything_else=2.5)[0].angular == pytest.approx(TURN_RATE)
     assert decide({4: 4.0}, robot=SMALL, everything_else=2.5)[0].angular == pytest.approx(-TURN_RATE)

@@ -1,4 +1,4 @@
-"""A wander goes by the stamps of what it decides on: when it begins, when it ends, and what it remembers."""
+"""A wander uses the stamps of its messages: for its begin, its end, and what it remembers."""
 
 import math
 import random
@@ -21,7 +21,7 @@ HOLDING = HEARD._replace(grip=Grip(GripStatus.CLOSED, 0, True, True, True, True)
 
 
 def sight(tenth, ranges=OPEN_AIR, pose_age=0.0):
-    """What is seen some tenths of a second after FIRST."""
+    """Return what is seen some tenths of a second after FIRST."""
     return Sight(FIRST + round(tenth * SECOND / 10), pose_age, Pose(0.0, 0.0, 0.0), ranges)
 
 
@@ -30,7 +30,7 @@ def wandering(duration=2.0, **more):
 
 
 def decisions(wander, tenths, heard=HEARD):
-    """The tenths of a second that were decided on, and how the wander ended."""
+    """Return the tenths of a second with a decision, and how the wander ended."""
     return [tenth for tenth in tenths if wander.decide(sight(tenth), heard)], wander.end
 
 
@@ -47,7 +47,7 @@ def test_what_stands_between_the_paddles_ends_it_unless_it_is_held_or_nobody_min
 
 
 def test_it_first_leaves_what_was_put_down():
-    """Which stands between the paddles until the robot has backed away."""
+    """The thing stands between the paddles until the robot has backed away."""
     wander = wandering(9.0, leaving=True)
     moves = [wander.decide(sight(tenth), AT_CAN) for tenth in range(30)]
     assert {move.linear for move in moves} == {-0.7 * 0.1} and wander.end is None
@@ -83,7 +83,7 @@ def test_a_step_back_within_a_second_is_no_jump():
 
 
 def test_stamps_that_tremble_do_not_move_on():
-    """Under a paused clock; those of a quick robot do move on, if not with each message."""
+    """ROS time is paused. The stamps of a fast robot do advance, but not with each message."""
     wander = wandering()
     for tenth in (0, 0.4, -0.3, 0.49):
         assert wander.decide(sight(tenth), HEARD) and wander.newest == FIRST
