@@ -2,7 +2,7 @@
 """How fast the driver is and what it costs, side by side with the least a rospy node can do on the same bytes:
 the floor, bench/relay_node.py.
 
-    ./pioneer shell /usr/bin/python3 bench/driver.py            # seven minutes; writes bench/driver.md
+    ./pioneer shell /usr/bin/python3 bench/driver.py            # eight minutes; writes bench/driver.md
     ./pioneer shell /usr/bin/python3 bench/driver.py --quick    # one minute; writes nothing
     ./pioneer shell /usr/bin/python3 bench/driver.py --pieces   # six minutes; writes bench/driver_pieces.md: the driver
                                                                 # with and without each piece of driver/prompt.py
@@ -51,8 +51,10 @@ from pioneer_control import p2os
 HERE = os.path.dirname(os.path.abspath(__file__))
 RESULTS = os.path.join(HERE, "driver.md")
 PIECES_RESULTS = os.path.join(HERE, "driver_pieces.md")
-ROUNDS = 5              # of --pieces
-DRIVES = (20.0, 20.0, 60.0)     # s in each phase, of each round; the last round shows whether memory grows
+# s in each phase, of each round. The last round shows whether memory grows. Seven starts of all nodes: the same code
+# differs by up to a tenth from one start to the next.
+DRIVES = 6 * (10.0,) + (60.0,)
+ROUNDS, PIECES_DRIVE = 5, 20.0      # of --pieces: rounds, and s in each phase
 NODES = {"floor": [sys.executable, os.path.join(HERE, "relay_node.py"), "{port}"],
          "floor3": [sys.executable, os.path.join(HERE, "relay_node.py"), "{port}", "three"],
          "ours": [sys.executable, os.path.join(HERE, "..", "nodes", "p2os_driver"), "_port:={port}"]}
@@ -420,7 +422,9 @@ def rows(drives: Rounds, starts: Dict[str, List[float]],
     """Return the limits, and whether each was kept."""
     def compared(what: str, phase: Phase, figure: Callable[[Drive], float], form: str, factor: float) -> Row:
         floor, ours = typical(drives["floor", phase], figure), typical(drives["ours", phase], figure)
-        return Row(what, "%g x floor" % factor, form % floor, (form + " (%.2f x)") % (ours, ours / floor),
+        ratios = [figure(ours) / figure(floor) for ours, floor in zip(drives["ours", phase], drives["floor", phase])]
+        return Row(what, "%g x floor" % factor, form % floor,
+                   (form + " (%.2f x; %.2f to %.2f)") % (ours, ours / floor, min(ratios), max(ratios)),
                    ours <= factor * floor)
 
     def within(what: str, limit: float, form: str, ours: float, floor: str = "") -> Row:
@@ -462,11 +466,11 @@ def report(limits: List[Row], drives: Rounds, starts: Dict[str, List[float]],
         "# What `bench/driver.py` measured", "",
         "Written by the program. Python %s, %d cores, load average %.1f before the start; %s s in each phase of "
         "driving, with all nodes"
-        % (platform.python_version(), os.cpu_count() or 1, load, ", then ".join("%.0f" % each for each in DRIVES)),
+        % (platform.python_version(), os.cpu_count() or 1, load, ", ".join("%.0f" % each for each in DRIVES)),
         "started anew before each; SIPs of %d bytes. Medians, CPU and memory: the median of these rounds. The floor is"
         % SIP_LENGTH,
-        "`bench/relay_node.py`, measured at the same time. On a machine that does other work too, figures are upper "
-        "bounds.", "",
+        "`bench/relay_node.py`, measured at the same time. In brackets: the ratio of these medians, and the least and",
+        "the greatest ratio of one round. On a machine that does other work too, figures are upper bounds.", "",
         "| what | limit | floor | ours | |", "|---|---|---|---|---|",
         *("| %s | %s | %s | %s | %s |" % (row[:4] + (
             "**exceeded**" if not row.kept else "" if row.limit == "-" else "kept",)) for row in limits), "",
@@ -539,7 +543,7 @@ def main() -> int:
     if options.pieces:
         NODES.update(PIECES)
         with master():
-            text = pieces(DRIVES[0], load)
+            text = pieces(PIECES_DRIVE, load)
         print(text)
         with open(PIECES_RESULTS, "w", encoding="utf-8") as file:
             file.write(text)
