@@ -23,6 +23,7 @@ Exit status 1 when a limit is exceeded.
 """
 
 import argparse
+import atexit
 import bisect
 import contextlib
 import itertools
@@ -114,6 +115,7 @@ class Node:
         command = [part.format(port=port) for part in NODES[name]] + ["__ns:=/" + name, *arguments]
         self.started = monotonic()
         self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+        atexit.register(self.process.kill)      # when the bench fails; one that has ended gets nothing
 
     def cpu(self) -> float:
         """Processor time so far (s), of all threads."""
