@@ -245,7 +245,7 @@ class Bench:
         return node, self.poses[name].first() - node.started
 
     def until_driving(self, name: str = "ours") -> None:
-        """Switch the motors on. Returns when the node has heard a command."""
+        """Switch the motors on. Returns when the node has subscribed to our cmd_vel."""
         rospy.wait_for_service("/%s/set_motors" % name, PATIENCE)
         assert rospy.ServiceProxy("/%s/set_motors" % name, SetBool)(True).success
         deadline = monotonic() + PATIENCE

@@ -93,7 +93,7 @@ class Subject:
         self.robot.receive(p2os.encode_command("ENABLE", 1))
 
     def look(self) -> None:
-        """Check the robot and all packets that it sent."""
+        """Check the robot, and that it sent nothing but whole packets. Then connect to it again."""
         counts = self.decoder.counts
         must(not self.decoder.waiting and not counts.discarded_bytes and not counts.bad_checksums,
              "said something that is no packet: %s" % (counts,))

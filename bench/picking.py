@@ -33,12 +33,14 @@ Place = Tuple[float, float]
 
 
 def between(chance: random.Random) -> Place:
-    """Return a place between the open paddles: ahead of the palm, left of the middle [m]."""
+    """Return a place between the open paddles [m]: how far ahead of the palm, and how far to the left of the middle
+    (negative: to the right).
+    """
     return chance.uniform(RADIUS, LENGTH), chance.uniform(-1, 1) * (OPENING / 2 - RADIUS)
 
 
 def at_the_edge(chance: random.Random) -> Place:
-    """Return a place at the tips, half between the paddles, or on a paddle."""
+    """Return a place at the tips of the paddles, half inside and half outside, or a place on a paddle."""
     if chance.random() < 0.5:
         return LENGTH + chance.uniform(-RADIUS, RADIUS), chance.uniform(-1, 1) * OPENING / 2
     return chance.uniform(RADIUS, LENGTH), chance.choice((-1, 1)) * (OPENING / 2 + chance.uniform(-RADIUS, RADIUS))
@@ -123,12 +125,14 @@ def drive_up(robot: SimulatedRobot) -> None:
 
 
 def close_above(robot: SimulatedRobot) -> None:
-    """Lower closed paddles onto whatever stands there."""
+    """Close the paddles above the can. The pick then lowers the closed paddles onto it."""
     do(robot, CLOSE)
 
 
 def pick_before(robot: SimulatedRobot) -> None:
-    """Hold the can already. Lower and open put it down, and it is picked again."""
+    """Pick the can once. The pick that is measured then puts it down, because it lowers and opens first, and picks it
+    again.
+    """
     pick(robot)
 
 

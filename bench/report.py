@@ -130,7 +130,9 @@ def write(path: str, case: Case, size: int) -> float:
 
 
 def read(reader: str, path: str) -> Dict[str, float]:
-    """Read a bag in a process of its own. Returns processor time (s) and memory (MB)."""
+    """Read a bag. measured() runs this in a process of its own. Returns the processor time (s), the peak memory (MB),
+    and how many messages or poses were read.
+    """
     if reader == "bare":
         import rosbag
 
@@ -149,7 +151,7 @@ def read(reader: str, path: str) -> Dict[str, float]:
 
 
 def measured(reader: str, path: str) -> Dict[str, float]:
-    """Start such a process, and return what it measured."""
+    """Run read() in a process of its own, and return what it measured."""
     done = subprocess.run([sys.executable, os.path.abspath(__file__), "--read", reader, path], stdout=subprocess.PIPE,
                           check=True)
     return json.loads(done.stdout.decode())

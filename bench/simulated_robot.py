@@ -1,4 +1,7 @@
-"""A simulated robot for the benches, without ROS. It is connected, open and enabled. A bench uses its packets only."""
+"""A simulated robot for the benches, without ROS. It is connected, open and enabled.
+
+A bench sees and drives it through its packets. To judge a run, a bench may also look at the true state in `firmware`.
+"""
 
 import math
 import os
@@ -29,7 +32,9 @@ class Setup(NamedTuple):
 
 
 class SimulatedRobot:
-    """A robot that is connected, open and enabled. A bench uses its packets only."""
+    """A robot that is connected, open and enabled. A bench sees and drives it through its packets. `firmware` has the
+    true state.
+    """
 
     def __init__(self, setup: Setup, world, seed: int):
         model = find_model(setup.model)

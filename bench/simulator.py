@@ -122,7 +122,7 @@ def table(*head: str) -> None:
 
 
 def row(*cells: str) -> None:
-    """Print one row of it."""
+    """Print one row of the table."""
     print("| " + " | ".join(cells) + " |", flush=True)
 
 

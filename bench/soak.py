@@ -91,7 +91,7 @@ FAULTS: Dict[str, Callable[[Rig], None]] = {
 
 
 class Day:
-    """A user who drives all day, and the faults of that day."""
+    """A user who drives again and again, and the faults that happen to the robot and its line."""
 
     def __init__(self, seed: int, baud: Optional[int]) -> None:
         self.rig = Rig(baud=(baud, baud) if baud else None, seed=seed)

@@ -74,7 +74,7 @@ def ignores_of(path: pathlib.Path, pattern: str) -> Iterator[Finding]:
 
 
 def report(files: Sequence[str], findings: Sequence[Finding], ignores: int) -> ElementTree.ElementTree:
-    """Return the findings as the text of a JUnit file."""
+    """Return the findings as the XML tree of a JUnit file."""
     suite = ElementTree.Element("testsuite")
     ElementTree.SubElement(ElementTree.SubElement(suite, "properties"), "property", name="ignores", value=str(ignores))
     found = {finding.file for finding in findings}

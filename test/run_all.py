@@ -42,7 +42,8 @@ class Suite(NamedTuple):
 
 
 class Stage(NamedTuple):
-    """Suites that may run side by side, with a limit to their number. A stage begins when the previous stage has ended.
+    """Suites that may run side by side, at most `at_once` at the same time. A stage begins when the previous stage has
+    ended.
     """
 
     title: str

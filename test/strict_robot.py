@@ -91,7 +91,7 @@ class StrictRobot:
                 self._step(frame.id, now)
 
     def advance(self, now):
-        """Return what the robot has sent up to now."""
+        """Let the robot live until `now`. Returns what it has sent since the last call."""
         if not self.open and self._began is not None and now - self._began >= LONGEST:
             self._hang_up(now)
         while self.open and now >= self._sip_at:

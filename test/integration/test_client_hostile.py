@@ -1,5 +1,5 @@
-"""Bad things happen to a client at the worst moment. All tests run in simulated time, and try every step of a
-procedure.
+"""Bad things happen to a client at the worst moment. All tests run in simulated time. Several tests try many moments of
+the procedure that they disturb.
 """
 
 import itertools
@@ -184,7 +184,9 @@ def test_another_model_after_a_reconnect_is_all_of_it_another(monkeypatch, first
 # Flags that flicker
 
 def flicker(life, befall, seconds):
-    """Change the flags with every SIP, while a user commands velocities and asks for the motors again and again."""
+    """Change a flag of the robot with every SIP, while a user commands velocities and asks for the motors again and
+    again. Returns the errors of the refused requests.
+    """
     waits, refused = [], []
     for tenths in range(round(seconds * 10)):
         befall(life.firmware, bool(tenths % 2))

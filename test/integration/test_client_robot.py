@@ -175,7 +175,7 @@ def test_nothing_is_written_to_a_line_that_is_closed(server, monkeypatch):
 
 
 class Hang:
-    """A listener that does not return until the test lets it."""
+    """A listener that hangs when `begins(state)` is true. It does not return until the test lets it."""
 
     def __init__(self, begins):
         self._begins = begins
@@ -205,7 +205,7 @@ def hang():
 
 
 def heard_by(server):
-    """Return a list that gets all packets that the robot hears from now on."""
+    """Return a list that gets all bytes that the robot receives from now on, one entry for each read."""
     told, take = [], server.firmware.receive
     server.firmware.receive = lambda data: (told.append(data), take(data))
     return told
@@ -292,8 +292,8 @@ def test_listeners_are_called_in_order_and_one_at_a_time(server):
 
 
 def test_both_threads_take_turns(server):
-    """While a listener takes long, the other thread takes the port. It keeps the port, so it also tells the events that
-    come then.
+    """While a listener takes long, the other thread takes the port. It keeps the port, so it also calls the listeners
+    for the states that come then.
     """
     names = set()
 

@@ -63,7 +63,7 @@ def drive(robot, far_enough):
 
 
 def garbled_at(server, baud):
-    """The line carries nothing while the robot uses this speed."""
+    """From now on every byte arrives as a zero, in both directions, while the robot uses this speed."""
     line, = server._lines
     write, read = line.write, line.read
     line.write = lambda data: write(bytes(len(data)) if line.baud == baud else data)

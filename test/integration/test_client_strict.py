@@ -28,7 +28,7 @@ with Robot(%r) as robot:
 
 @pytest.fixture(params=["tcp", "pty"])
 def switched_on(request, tmp_path):
-    """Switch the robot on, each time at the same address."""
+    """Return a function that switches the robot on, each time at the same address."""
     before = []
 
     def switch_on():

@@ -63,14 +63,16 @@ class EachForm:
 
 
 def flipped_bits(packet):
-    """Return the packet with one bit wrong."""
+    """Yield every form of the packet with one bit wrong."""
     for at in range(len(packet)):
         for bit in range(8):
             yield (packet[:at] + bytes([packet[at] ^ 1 << bit]) + packet[at + 1:],)
 
 
 def junk_everywhere(packet):
-    """Return the packet with extra bytes in it, such as parts of other packets."""
+    """Yield the packet with extra bytes at every place. The extra bytes look like a packet, or like the begin or the
+    end of one.
+    """
     for junk in (b"\x00", b"\xFA", b"\xFA\xFB", b"\xFA\xFB\xFF", b"\xFA\xFB\x02", p2os.encode_frame(0x32, b"short"),
                  bytes(range(240, 256)) * 3):
         for at in range(len(packet) + 1):
@@ -78,7 +80,7 @@ def junk_everywhere(packet):
 
 
 def wrong_checksums(packet):
-    """Return the packet with its checksum swapped, off by one, zero, or taken from another packet."""
+    """Yield the packet with wrong checksums: swapped, off by one, or a fixed value."""
     body, (high, low) = packet[:-2], packet[-2:]
     for wrong in ((low, high), (high, low ^ 1), (high ^ 1, low), (0, 0), (255, 255)):
         if wrong != (high, low):
@@ -86,7 +88,7 @@ def wrong_checksums(packet):
 
 
 def truncated(packet):
-    """Return only the beginning or the end of the packet, or the packet without one byte."""
+    """Yield, for every place, only the beginning of the packet, only its end, and the packet without one byte."""
     for at in range(1, len(packet)):
         yield (packet[:at],)
         yield (packet[at:],)
@@ -94,7 +96,7 @@ def truncated(packet):
 
 
 def split(packet):
-    """Return the packet in two pieces, and byte by byte."""
+    """Yield the packet cut in two pieces at every place, and cut into single bytes."""
     for at in range(1, len(packet)):
         yield (packet[:at], packet[at:])
     yield tuple(packet[at:at + 1] for at in range(len(packet)))
@@ -150,7 +152,7 @@ def nothing(rig):
 
 
 def late(befall, seconds):
-    """The same, but packets come late."""
+    """Return the same fault, but tell the Judge that packets may come up to ``seconds`` late."""
     def wrapped(rig):
         rig.judge.late = seconds
         yield from befall(rig)
@@ -167,7 +169,7 @@ def just_after_a_report(befall):
 
 
 def forms(generator):
-    """Wait until every spoilt form of a SIP has arrived once."""
+    """Return a fault that lasts until every spoilt form of a SIP has arrived once."""
     def befall(rig):
         each = rig.to_client.fault = EachForm(generator)
         rig.run_until(lambda: each.finished, limit=1000.0)
@@ -283,9 +285,10 @@ class Row(NamedTuple):
 
 
 def is_closed_first(way, seconds):
-    """Return whether a robot that was not heard for so long gets a CLOSE before it sends a SIP again.
+    """Return whether a robot that the client did not hear for so long gets a CLOSE before the client hears a SIP from
+    it again.
 
-    It always does if it receives our packets. If it does not, it may happen by chance.
+    It always does if it receives our packets. If it does not receive them, it may happen by chance.
     """
     return way is on_the_way_back or seconds < 60.0
 
@@ -425,7 +428,7 @@ def test_half_of_all_packets_lost_in_ten_other_ways(seed):
 
 @pytest.mark.parametrize("seed", range(40))
 def test_what_revives_a_robot_after_a_silence_is_a_stop_whatever_is_lost(seed):
-    """Every stop was lost. Some of the first packets that get through again are lost, too. The robot still remembers
+    """Every stop was lost. When the line carries packets again, it still loses most of them. The robot still remembers
     its set points.
     """
     rig = driving(Rig(seed=seed))

@@ -222,7 +222,7 @@ def test_twenty_clients_in_a_row_over_tcp_rude_and_polite():
 
 
 def packets_of(seconds):
-    """Return all packets that a robot sends in this time when all data are requested."""
+    """Return what a robot sends in this time, as one piece for each 0.1 s. Its I/O data are requested, too."""
     firmware = robot()
     for packet in [p2os.encode_frame(number) for number in (0, 1, 2, 1)] + [p2os.encode_command("IOREQUEST", 2)]:
         firmware.receive(packet)

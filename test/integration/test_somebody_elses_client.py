@@ -14,8 +14,8 @@ NEAR = 700      # mm
 
 
 class TheirClient:
-    """Drives ahead until its front sonar measures something near, then stands. Call it every 100 ms with the bytes that
-    were read. It returns the bytes to write.
+    """Drives ahead until its front sonar measures something near, then stands. Call talk() every 100 ms with the bytes
+    that were read. It returns the bytes to write.
     """
 
     def __init__(self):

@@ -1,5 +1,5 @@
-"""Every setting of the robot has an effect on the simulated robot. Each test compares a robot with default settings and
-a robot with one changed setting.
+"""Every setting of the robot has an effect on the simulated robot. test_a_setting_has_its_effect() compares a robot
+with default settings and a robot with one changed setting.
 """
 
 import math
@@ -76,7 +76,7 @@ def turns_in_a_turn(rig):
 
 
 def reported(field):
-    """Return the CONFIGpac that the robot sends when it is asked again."""
+    """Return a function that gives one field of the CONFIGpac which the client has read from the robot."""
     return lambda rig: getattr(rig.session.connected.identity.config, field)
 
 

@@ -1,8 +1,9 @@
 """A record of a line, test/data/day.wire, is played in two ways.
 
-Played as the robot, the client must report the same events as in the original run. Played as the client, the simulated
-robot must answer as it did then. In the run a client connects, fetches a can, drives backwards into a wall, gets lost
-and damaged packets, has a power cycle, and connects again. `wire_log` made the record.
+When the record plays the robot, the client must report the same states and events as in the original run. When the
+record plays the client, the simulated robot must answer as it did then. In the run a client connects, fetches a can,
+drives backwards into a wall, gets lost and damaged packets, has a power cycle of the robot, and connects again.
+`wire_log` made the record.
 """
 
 import math
@@ -36,7 +37,7 @@ def changed(to_robot, number, at, value):
 
 
 def said_instead(old, new):
-    """Return the record with all equal packets of the client replaced by another packet."""
+    """Return the record with every packet `old` of the client replaced by `new`."""
     assert any(entry.to_robot and old in entry.data for entry in RECORD)
     return [entry._replace(data=entry.data.replace(old, new)) if entry.to_robot else entry for entry in RECORD]
 
@@ -50,7 +51,7 @@ def told(monkeypatch, record, script):
 
 
 def waits(life):
-    """A program that sends nothing and waits until the record is over."""
+    """A program that gives no commands and waits until the record is over."""
     yield from life.until(lambda: life.firmware.over)
     yield 0.1
 

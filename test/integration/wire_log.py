@@ -109,7 +109,7 @@ class Live:
 
     @property
     def now(self):
-        """Time since the start (s)."""
+        """The time of the monotonic clock (s)."""
         return time.monotonic()
 
     def until(self, condition):

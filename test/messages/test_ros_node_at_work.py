@@ -15,7 +15,7 @@ PATIENCE, SHORT = 30.0, 0.1  # s: where somebody answers, and where nobody does
 
 @pytest.fixture
 def serve():
-    """Answer methods from a table, {name: answer}. Returns the address."""
+    """Start a server that answers XML-RPC methods from a table, {name: answer}. Returns its address."""
     servers = []
 
     def start(answers):
@@ -41,7 +41,7 @@ def hanging():
 
 @pytest.fixture
 def master(serve, monkeypatch):
-    """Return a master that knows a node at an address."""
+    """Start a master that gives this answer when it is asked for a node, and set ROS_MASTER_URI to it."""
     return lambda *answer: monkeypatch.setenv("ROS_MASTER_URI", serve({"lookupNode": list(answer)}))
 
 

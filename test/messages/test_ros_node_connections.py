@@ -15,7 +15,7 @@ PATIENCE = 0.3
 
 
 def connected(server):
-    """Return how many of so many connections are made while none is accepted."""
+    """Return how many of AT_ONCE connections are made while the server accepts none."""
     with contextlib.ExitStack() as stack:
         made = 0
         for number in range(AT_ONCE):

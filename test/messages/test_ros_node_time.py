@@ -21,7 +21,7 @@ def clock(monkeypatch):
 
 
 class Beside:
-    """Run a function in a thread, and know how far it got."""
+    """Runs a generator in a thread, and counts what it yields."""
 
     def __init__(self, work):
         self.count, self.changed, self.ended, self.error = 0, threading.Condition(), False, None
@@ -45,7 +45,7 @@ class Beside:
 
 
 def once(function, *arguments):
-    """Turn `function` into a generator that yields nothing."""
+    """Return a generator function that calls `function` and yields nothing."""
     def work():
         function(*arguments)
         yield from ()

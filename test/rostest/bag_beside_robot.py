@@ -69,7 +69,7 @@ class Witness:
 
 
 def commands():
-    """Return what a recorder keeps of both robots, driven in either way: motors on, forward, paddles closed."""
+    """Yield what a recorder keeps of both robots: motors on, forward (by cmd_vel and by cmd_wheels), paddles closed."""
     for robot in ROBOTS:
         yield "/%s/cmd_motor_state" % robot, MotorState(1), 10.0
         for step in range(20):

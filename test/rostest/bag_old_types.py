@@ -76,8 +76,8 @@ class OldTypes(unittest.TestCase):
         self.check("p2os_msgs")
 
     def test_converted(self):
-        """Programs that do not know this package receive a converted bag of p2os, and tf has the directions of the
-        sonar.
+        """Programs that do not know this package receive a converted bag of p2os, and tf has the places of the sonar's
+        transducers.
         """
         received, all_received = {}, threading.Event()
         types = {"robot_info": msg.RobotInfo, "sonar_ranges": Range, "sonar_points": PointCloud2,

@@ -48,7 +48,7 @@ ONCE = "/map", "/world", "/robot1/e_stop", "/robot2/e_stop"
 # The checks
 
 def holes(numbers):
-    """Return the sequence numbers that are missing between the first and the last, or that come out of order."""
+    """Return (before, after) for each place where sequence numbers are missing or out of order."""
     return [(one, other) for one, other in zip(numbers, numbers[1:]) if other != one + 1]
 
 
@@ -67,12 +67,14 @@ def way(places):
 
 
 def steps(places):
-    """Return the places where the values change. Two reports of one motion give the same, whatever their units are."""
+    """Return for each two neighbouring places whether they differ. Two reports of one motion give the same, whatever
+    their units are.
+    """
     return [one != other for one, other in zip(places, places[1:])]
 
 
 def sips_on_the_wire(lines, robot):
-    """Return the place (raw) of each SIP that a robot's client got, from the record of the lines."""
+    """Yield the place (raw) of each SIP that a robot's client got, from the record of the lines."""
     decoder = p2os.FrameDecoder()
     for entry in entries(lines):
         if entry.robot == robot and not entry.to_robot and entry.data:
@@ -152,7 +154,8 @@ class Record(unittest.TestCase):
 
     @classmethod
     def start(cls, name, *arguments):
-        """Start a recorder in a terminal of its own."""
+        """Start a recorder in a session of its own, as if it had a terminal of its own. Its output goes to a log file.
+        """
         log = open(os.path.join(cls.folder, name + ".log"), "w")
         cls.addClassCleanup(log.close)
         process = subprocess.Popen(arguments, cwd=cls.folder, env=dict(os.environ, PWD=cls.folder), stdout=log,
@@ -162,7 +165,7 @@ class Record(unittest.TestCase):
 
     @classmethod
     def refused(cls, *arguments):
-        """Return the output of a recorder that refuses to start."""
+        """Run a recorder that refuses to start. Returns the ended process, with its error output."""
         return subprocess.run(["rosrun", "pioneer_control", "record", *arguments], cwd=cls.folder,
                               stderr=subprocess.PIPE, universal_newlines=True)
 

@@ -32,8 +32,8 @@ RADIUS = 0.3  # m: of the arc that ends it
 
 
 def told():
-    """Return (topic, message, s): straight on, then to the left by wheel velocities, and the poses of a robot without
-    inertia.
+    """Yield (topic, message, s): commands that drive straight on, then to the left by wheel velocities, and the poses
+    of a robot without inertia.
     """
     begin, x, y, heading = 100.0, *START
     yield "/pioneer/robot_info", make.robot_info({}), begin
@@ -54,7 +54,7 @@ def told():
 
 
 class Redrive(unittest.TestCase):
-    """The recorded commands, sent in every way."""
+    """The recorded commands are sent to a simulated robot."""
 
     @classmethod
     def setUpClass(cls):
@@ -72,7 +72,7 @@ class Redrive(unittest.TestCase):
         return process
 
     def run_to_its_end(self, *arguments):
-        """Run a command to its end. Returns its output and its exit code."""
+        """Run a re-drive to its end. Returns its output and its exit code."""
         process = self.start(*arguments)
         said, _ = process.communicate(timeout=2 * PATIENCE)
         return said.decode(), process.returncode

@@ -2,7 +2,7 @@
 """A recorded wander is played back without a robot.
 
 The messages are the recorded ones, to the last bit, and a Pioneer that hears them decides the same again. One run is
-recorded with launch/record.launch and serves all tests. Then the robot ends.
+recorded with launch/record.launch, and then the robot's nodes are ended. All tests use this recording.
 """
 
 import os
@@ -46,8 +46,9 @@ def end(process):
 
 
 def record(bag):
-    """Record a seeded wander, from its first message to after its last. Returns how many decisions were heard besides
-    the recorder.
+    """Record a seeded wander, from its first message to after its last.
+
+    Returns how many decisions a second subscriber heard.
     """
     told, ended = [], threading.Event()
     subscribers = [

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""The driver drives the simulated robot: motors, distances, angles, sonar in closed form, and all that must stop it or
-keep it still.
+"""The driver drives the simulated robot: motors, distances, angles, sonar ranges as geometry gives them, and all that
+must stop the robot or keep it still.
 """
 
 import math

@@ -204,7 +204,7 @@ class DriverLines(unittest.TestCase):
         self.assertTrue(answer.success, answer.message)
 
     def until(self, what, condition):
-        """Wait until a condition holds that no message announces."""
+        """Check a condition again and again until it holds. No message tells when it does."""
         deadline = threading.Event()
         for _ in range(int(PATIENCE / 0.05)):
             if condition():
@@ -214,7 +214,7 @@ class DriverLines(unittest.TestCase):
 
     @contextlib.contextmanager
     def commanding(self, linear, namespace=None, angular=0.0):
-        """Return a commander at 10 Hz."""
+        """Publish a velocity at 10 Hz while the `with` block runs."""
         publisher = rospy.Publisher((namespace or self.namespace) + "/cmd_vel", Twist, queue_size=1)
         ended = threading.Event()
 
@@ -491,8 +491,8 @@ class DriverLines(unittest.TestCase):
             self.cut_and_mended(link, unplug, plug_in)
 
     def test_the_master_dies_and_another_takes_its_place(self):
-        """Nodes of this ROS do not register at a new master. Existing connections stay, the deadman still works, and
-        the end is clean.
+        """Nodes of this ROS do not register at a new master. Existing connections stay, the driver still stops the
+        robot when no velocity comes, and the end is clean.
         """
         master = Master()
         self.ending.callback(lambda: master.end())

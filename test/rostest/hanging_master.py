@@ -39,7 +39,9 @@ class HangingMaster:
             self._changed.notify_all()
 
     def wait_until_asked(self, asker=None):
-        """Wait until some node waits for an answer. ``asker`` is the node that should (a Driver)."""
+        """Wait until a program waits for an answer. ``asker`` is the program that should ask (a Driver). Only the error
+        message uses it.
+        """
         with self._changed:
             asked = self._changed.wait_for(lambda: self._waiting, PATIENCE)
             assert asked, "nobody asks:\n%s" % (asker and asker.printed)

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""The ground truth that the simulator's node publishes is true, and its STOP button works, however slowly ROS time
-passes.
+"""The ground truth, map and cans that the simulator's node publishes are true, and its STOP button works, however
+slowly ROS time passes.
 """
 
 import math
@@ -63,7 +63,7 @@ class SimulatorTruth(unittest.TestCase):
                     cls.sip = packet if isinstance(packet, p2os.Sip) else cls.sip
 
     def drive(self, mm):
-        """Move so far, and wait until the robot stands again."""
+        """Drive the robot by ``mm``, and wait until it has gone this distance."""
         start = self.heard["ground_truth"].pose.pose.position
         self.line.write(p2os.encode_command("ENABLE", 1) + p2os.encode_command("MOVE", mm))
         self.until(lambda: abs(self.travelled(start) - abs(mm) / 1000.0) < 1e-3, "%d mm" % mm)

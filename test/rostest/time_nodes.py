@@ -192,8 +192,8 @@ class TimeNodes(unittest.TestCase):
         self.assertGreaterEqual(self.time.passed - told_at[0], 4.0 - 0.2)   # the jump ends a tick early
 
     def start_when_heard(self, command, commands):
-        """Start the simple node. The pressed STOP button holds the robot until a subscriber hears the node's commands,
-        from the first on.
+        """Start the simple node while the STOP button is pressed, so that the node waits. Release the button when the
+        subscriber ``commands`` is connected to the node. So it hears the node's commands from the first one on.
         """
         def is_heard():
             return any(each.callerid_pub == "/rosPioneer1" and not each.done for each in commands.impl.connections)

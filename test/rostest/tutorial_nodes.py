@@ -137,14 +137,14 @@ class TutorialNodes(unittest.TestCase):
             self.assertFalse(world.touches(body), "the body touched something at %.2f, %.2f" % (place.x, place.y))
 
     def test_4_the_advanced_node_stops_at_ctrl_c(self):
-        """Row 10. A signal may come while the main thread talks to the master or publishes. The test sends several, to
-        hit some of these moments.
+        """Row 10. A signal may come while the main thread talks to the master or publishes. The test starts the node
+        several times, to hit some of these moments.
         """
         for _ in range(4):
             self.ends_while_it_drives(lambda program: program.send_signal(signal.SIGINT))
 
     def test_5_the_advanced_node_stops_at_sigterm(self):
-        """Row 10: roslaunch sends SIGTERM."""
+        """Row 10: roslaunch sends SIGTERM to a node that does not end at SIGINT."""
         for _ in range(4):
             self.ends_while_it_drives(lambda program: program.terminate())
 

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""The class Pioneer on simulated robots: its reports, its picks, the end of its wander, and that only it commands its
-robot.
+"""The class Pioneer on simulated robots: its reports, its picks, the end of its wander, and that it commands only the
+robot that it was given, and only when it is asked to.
 """
 
 import math
@@ -136,7 +136,9 @@ class TestPioneer(unittest.TestCase):
             robot.drive(0.1, 0.0)
 
     def test_7b_programs_of_several_robots_run_side_by_side_each_with_its_own(self):
-        """Both nodes, and the second node twice. No node has the name of another, and each commands its own robot."""
+        """Both nodes, and the second node twice. No two nodes have the same name, and each commands the robot that it
+        was given.
+        """
         told = {name: len(self.witness.seen[name + "/cmd_vel"]) for name in ROBOTS}
         arguments = (("rosPioneer1.py", "lonely"), ("rosPioneer2.py", "lonely"), ("rosPioneer2.py", "handless"))
         programs = []

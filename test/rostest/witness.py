@@ -43,7 +43,9 @@ class Witness:
 
 
 def wait_until(what, condition):
-    """Wait until a condition holds that no message announces. Raises AssertionError that names what did not happen."""
+    """Check a condition again and again until it holds. No message tells when it does. Raises AssertionError that names
+    what did not happen.
+    """
     end = time.monotonic() + PATIENCE
     while not condition():
         assert time.monotonic() < end, "not within %.0f s: %s" % (PATIENCE, what)

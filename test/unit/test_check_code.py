@@ -1,4 +1,6 @@
-"""`test/check_code.py` counts the findings of mypy and flake8, and each ignore that gives no reason."""
+"""`test/check_code.py` counts the findings of mypy and flake8, and each ignore that does not name one error and give a
+reason.
+"""
 
 import pathlib
 import sys
@@ -35,7 +37,9 @@ class Tree:
         monkeypatch.setattr(check_code, "ROOT", folder)
 
     def check(self, text, prints="", status=0, name="mypy"):
-        """Check the file with a tool that prints this. Returns exit status, passes, findings and ignores."""
+        """Check the file with a tool that prints this. Returns the exit status, the number of passes, and the texts of
+        the findings.
+        """
         (self.folder / "code.py").write_text(text)
         (self.folder / "stand_in.py").write_text("import sys; print(%r); sys.exit(%d)" % (prints, status))
         real = check_code.tools

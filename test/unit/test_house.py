@@ -513,7 +513,7 @@ def test_package_xml_names_what_the_code_imports():
 
 
 def test_no_paths_of_somebodys_machine():
-    """The repository has the same content wherever it is."""
+    """No text file of the repository names a folder of one person's computer."""
     machine = re.compile(r"/(?:home|work|Users)/[a-z]+/|/roo[t]/|/tmp/(?!pioneer)[a-z-]+/")
     assert machine.search("/home/" + "somebody/catkin_ws")
     found = ["%s: %s" % (path.relative_to(ROOT), machine.search(path.read_text(encoding="utf-8")).group())

@@ -25,7 +25,7 @@ sys.meta_path.insert(0, CtrlC)
 
 
 def ended(code, *arguments):
-    """Return how a program ends, and its output."""
+    """Return the exit status of a program, and what it writes to stderr."""
     environment = dict(os.environ, PYTHONPATH=str(ROOT / "src"))
     done = subprocess.run([sys.executable, "-c", code, *arguments], env=environment, stderr=subprocess.PIPE,
                           universal_newlines=True)

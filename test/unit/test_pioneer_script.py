@@ -44,7 +44,7 @@ TOOLS = {
 
 
 class Clone:
-    """Copy what the script needs of the repository to a directory of any name."""
+    """A directory of any name, with a copy of what the script needs of the repository."""
 
     def __init__(self, folder, name):
         self.folder, self.tools = folder / name, folder / "tools"

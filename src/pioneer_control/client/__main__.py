@@ -1,4 +1,4 @@
-"""``python3 -m pioneer_control.client PORT``: print which robot is on that port and how it is. Nothing moves."""
+"""``python3 -m pioneer_control.client PORT``: print which robot is on that port, and its state. Nothing moves."""
 
 import argparse
 import math

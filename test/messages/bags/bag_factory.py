@@ -155,7 +155,7 @@ def write_bag(path, messages, compression="none", latched=()):
 
 
 def driven(start=(1.0, 1.0, 0.0), seconds=10, speed=0.1, name="pioneer", drift=0.0):
-    """Return (topic, message, seconds) of a robot that drives straight on in a room, picks up a can and puts it down.
+    """Yield (topic, message, seconds) of a robot that drives straight on in a room, picks up a can and puts it down.
 
     ``drift`` is how far (m) its odometry falls short for each metre driven.
     """
@@ -177,8 +177,8 @@ def driven(start=(1.0, 1.0, 0.0), seconds=10, speed=0.1, name="pioneer", drift=0
 
 
 def eventful(name="pioneer", seconds=20):
-    """Return (topic, message, seconds) of a `driven` robot that meets every kind of event that a Run has. It begins at
-    1000 s.
+    """Yield (topic, message, seconds) of a `driven` robot that meets every kind of event that a Run has. The run begins
+    at 1000 s.
     """
     topic, begin = "/%s/%%s" % name, 1000.0
     told = {topic % "pose", topic % "sonar", topic % "gripper_state"}
@@ -210,8 +210,8 @@ def eventful(name="pioneer", seconds=20):
 
 
 def unclosed(path, messages, compression="none", chunk=4096):
-    """Return a bag whose recorder was killed: (topic, message, seconds) without an index, the last chunk without its
-    length.
+    """Write (topic, message, seconds) to a bag like that of a killed recorder: without an index, and without the length
+    of the last chunk. Returns its path.
     """
     writer = rosbag.Bag(str(path), "w", compression=compression, chunk_threshold=chunk)
     for topic, message, seconds in messages:

@@ -14,7 +14,7 @@ BEGIN = 1795285845
 
 
 def piece(seq, after, to_robot, data):
-    """Return a message of wire, ``after`` s."""
+    """Return a message of the topic `wire`. Its stamp is ``after`` s later than BEGIN."""
     message = message_class("Wire")(to_robot=to_robot, data=data)
     message.header.seq, message.header.stamp = seq, genpy.Time.from_sec(BEGIN + after)
     return message
@@ -25,7 +25,7 @@ PIECES = [piece(1, 0.0, True, SYNC0), piece(2, 0.0125, False, SYNC0[:2]), piece(
 
 
 def wire_bag(path, pieces, topic="/pioneer/wire"):
-    """Return a bag with these messages and those that every bag has."""
+    """Write a bag with these messages of `wire` and those that every bag has. Returns its path."""
     return write_bag(path, sorted([*driven(seconds=1),
                                    *((topic, each, 1000.0 + each.header.stamp.to_sec() - BEGIN) for each in pieces)],
                                   key=lambda message: message[2]))

@@ -37,14 +37,16 @@ ALL = tuple(CONVERSIONS)
 
 
 def sonar_array(readings, package="p2os_msgs", frame="", stamp=0.0):
-    """Return an array of 16 ranges, all without echo except these: number -> m."""
+    """Return a SonarArray with 16 ranges. ``readings`` has {number of a transducer: range in m}. All others have no
+    echo.
+    """
     message = make.sonar([readings.get(number, 5.0) for number in range(16)], package)
     message.header.seq, message.header.frame_id, message.header.stamp = 7, frame, genpy.Time.from_sec(stamp)
     return message
 
 
 def driven(package="p2os_msgs", frame="", begin=1000.0, name=""):
-    """Return (topic, message, seconds) of two seconds of a p2os robot that approaches a wall at 0.2 m/s."""
+    """Yield (topic, message, seconds) of two seconds of a p2os robot that approaches a wall at 0.2 m/s."""
     for step in range(20):
         time = begin + step / 10
         pose = make.odometry(0.02 * step, 0.0, 0.0)
@@ -156,7 +158,9 @@ class TestMade:
             assert line in said
 
     def test_what_is_made_says_what_the_driver_says(self, bag, converted):
-        """Converts the states of a robot as the driver sends them, and states that are made from the array alone."""
+        """The driver's conversions make messages from some states. From a bag with only their pose, sonar and
+        battery_state, the converter makes the same sonar_ranges, sonar_points and battery as the driver.
+        """
         states, heard = [], {}
         for step in range(12):
             time = 100.0 + step / 10
@@ -222,7 +226,9 @@ class TestMade:
 
     @pytest.mark.parametrize("gripper", [False, True])
     def test_a_robot_of_a_model_says_so_as_the_driver_would(self, bag, converted, gripper):
-        """A converted bag needs no model any more. It is drawn and replayed like one of ours."""
+        """The converter makes the robot_info that the driver would send, without what only the robot itself knows. Then
+        the converted bag needs no --model any more.
+        """
         path, code, said = converted(bag(driven(name="/alice")), "--model", "p2dx", "info",
                                      *(["--gripper"] if gripper else []), "--replace")
         (info, _), = made(path, "/alice/robot_info")
@@ -337,7 +343,9 @@ class TestSonar:
         assert [reading.age for reading in history.readings([1.0], SONAR[:1], 50.0)] == [0.0]
 
     def test_scan(self):
-        """A wall is ahead and another to the left. Nothing is behind, and no sonar looks to the right."""
+        """There are echoes ahead and to the left, a sonar that looks behind has no echo, and to the right there is no
+        reading.
+        """
         scan = sonar_scan([(2.0, 0.0), (1.0, 0.0), (3.0, 0.0), (0.0, 1.5)], [SONAR[12]], SONAR, genpy.Time(1),
                           "base_link")
         angles = [scan.angle_min + index * scan.angle_increment for index in range(len(scan.ranges))]
@@ -443,7 +451,7 @@ class TestFiles:
         assert got == code and text in said and sorted(entry.name for entry in tmp_path.iterdir()) == ["old.bag"]
 
     def test_a_full_disk_when_the_last_is_written(self, monkeypatch, tmp_path, bag, converted):
-        """The error that occurs when the size of files is limited."""
+        """A limit on the size of files takes the place of a full disk."""
         program = ("import resource, signal, sys; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
                    "resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000));from "
                    "pioneer_control.bags.converting.convert import main; sys.exit(main(sys.argv[1:]))")

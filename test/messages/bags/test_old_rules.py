@@ -19,8 +19,8 @@ TOPICS = [(package, name) for package in OLD_PACKAGES for name in VALUES]
 
 
 def rosbag_knows_rules():
-    """Return whether this rosbag finds rules. With Python 3.13 rosbag 1.17 (Debian 13) does not: it looks in locals()
-    for a class that it has just executed.
+    """Return whether this rosbag can use rules. With Python 3.13, rosbag 1.17 (Debian 13) cannot: it looks in locals()
+    for a class that it has just executed, and does not find it.
     """
     try:
         MessageMigrator([], plugins=False).make_update_rule(Header, Header)
@@ -57,7 +57,7 @@ def content(path):
 
 
 def mixed():
-    """Return (topic, message, seconds): all nine messages of each old package, with ours and others between them."""
+    """Yield (topic, message, seconds): all nine messages of each old package, with ours and others between them."""
     seconds = 10.0
     for repeat in range(2):
         for package, name in TOPICS:

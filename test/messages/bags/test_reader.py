@@ -55,7 +55,7 @@ def read(tmp_path):
 
 
 def by_rosbag(path):
-    """Read the same with rosbag."""
+    """Return (topic, data, time) of each message, as rosbag reads them."""
     with rosbag.Bag(str(path)) as bag:
         return [(topic, raw[1], time.to_nsec()) for topic, raw, time in bag.read_messages(raw=True)]
 
@@ -268,8 +268,8 @@ class TestCut:
 class TestDamage:
     @pytest.mark.parametrize("compression", COMPRESSIONS)
     def test_bytes_flipped(self, tmp_path, read, compression):
-        """The reader never raises. At most one message, or the messages of one chunk, differ or are missing. When one
-        is missing, the reader says so.
+        """The reader never raises. When a message is missing, the reader says so. Without compression, at most two
+        messages differ or are missing, unless the flipped bit is in the description of a topic.
         """
         content = small(tmp_path / "run.bag", compression)
         whole, _ = read(content)
@@ -365,8 +365,8 @@ class TestDamage:
         assert len(list(reader)) == 20 and reader.begin == 100 * 10**9
 
     def test_a_piece_of_a_compressed_chunk_is_no_record(self, tmp_path, read):
-        """lz4 copies bytes that do not repeat. So a compressed chunk may contain a header that is followed by other
-        bytes.
+        """lz4 does not change bytes that do not repeat. So a compressed chunk may contain something that looks like the
+        header of a record, but other bytes follow it.
         """
         content = small(tmp_path / "run.bag", "lz4", count=40)
         whole, _ = read(content)
@@ -538,7 +538,8 @@ class TestNoBags:
 
 class TestMemory:
     def test_what_waits_to_be_put_in_order_is_bounded(self, tmp_path, monkeypatch):
-        """A bag without index, all of it within a second. No message may come late, but not all messages can be held.
+        """A bag has no index, and all its messages are within one second. The reader must return them in order, but may
+        not hold all of them at once.
         """
         monkeypatch.setattr(reading, "HELD", 100_000)
         path = make.unclosed(tmp_path / "run.bag.active",
@@ -558,7 +559,9 @@ class TestMemory:
 
     @pytest.mark.parametrize("closed", [True, False])
     def test_time_that_stands(self, tmp_path, monkeypatch, closed):
-        """Nobody moves simulated time. The order is that of the file, but not all messages can be held."""
+        """Simulated time stands still, so all messages have the same time. The reader keeps the order of the file, but
+        may not hold all messages at once.
+        """
         monkeypatch.setattr(reading, "HELD", 100_000)
         messages = [("/text", String("%04d" % number * 250), 5.0) for number in range(1000)]
         write = make.write_bag if closed else make.unclosed

@@ -78,7 +78,7 @@ class TestLaunchFile:
 
 
 class TestDocument:
-    """docs/recording.md names all topics, arguments and files."""
+    """docs/recording.md lists all arguments of record.launch, and all groups that `also:=` accepts."""
 
     text = (ROOT / "docs" / "recording.md").read_text(encoding="utf-8")
 
@@ -408,11 +408,12 @@ class TestSilent:
 
 
 class TestBegins:
-    """The recorder waits for a start time. Meanwhile it must not look as if it already records."""
+    """Without a clock, the recorder waits and records nothing. Nobody may believe meanwhile that it records."""
 
     def told(self, monkeypatch, tmp_path, time, moments, appears=None):
-        """Return what is printed within so many moments, and whether recording began. The bag appears in one of these
-        moments, and the last moment is the end.
+        """Return whether recording began, and the warnings until then.
+
+        The attendant looks ``moments`` times at most. The bag appears at the look with the number ``appears``.
         """
         monkeypatch.setattr(attendant, "BEGIN", 0.0)
         monkeypatch.setattr(attendant.rospy, "get_time", lambda: time)

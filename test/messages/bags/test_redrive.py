@@ -103,7 +103,7 @@ class TestWhatTheBagTells:
 
 @pytest.mark.parametrize("strange", [TwistStamped(), String("forward"), MotorState(1)])
 def test_what_is_somebody_elses_is_left_out(tmp_path, strange):
-    """The message has one of our names, but other fields."""
+    """The messages are on topics with our names, but have other types."""
     others = [("/pioneer/%s" % name, strange, 1001.0)
               for name in ("cmd_vel", "gripper_control", "robot_info", "ground_truth")]
     with pytest.raises(BagError, match="no robot was told anything"):
@@ -151,7 +151,7 @@ class TestWhatIsAsked:
 
 
 class TestABagThatAsksForTooMuch:
-    """Bags without driving, or whose driver limited the commanded velocities."""
+    """Bags that no robot has driven, and bags whose driver limited the commanded velocities."""
 
     @staticmethod
     def asked(tmp_path, velocities, before=()):

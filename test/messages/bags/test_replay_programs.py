@@ -1,4 +1,5 @@
-"""The bag that a re-run or a re-drive keeps, and programs that end. Only the test that kills a program needs a master.
+"""The bag that a re-run or a re-drive keeps, and programs that end. Only the test in which a master is killed starts a
+master.
 """
 
 import contextlib

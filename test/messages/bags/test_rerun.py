@@ -31,7 +31,7 @@ def twist(linear, angular=0.0):
 
 
 def write(path, messages, caller=PROGRAM):
-    """Like make.write_bag, with the name of each publisher."""
+    """Like make.write_bag, with the name of the publisher."""
     with rosbag.Bag(str(path), "w") as bag:
         for topic, message, seconds in messages:
             header = dict(topic=topic, type=message._type, md5sum=message._md5sum,

@@ -83,7 +83,7 @@ class Bottle:
         return handler(kind._request_class(*values))
 
     def unplug(self, for_a_moment=False):
-        """Pull the cable for a moment: the next attempt to open the port works again."""
+        """Pull the cable. With ``for_a_moment``, the next attempt to open the port works again."""
         self._plugged = for_a_moment
         self.line.lost = True
 
@@ -104,7 +104,7 @@ class Bottle:
         return [message for _, message in self.published[topic]]
 
     def commands(self, *names):
-        """Return the values of these commands that the robot got: (s since it was ready, value)."""
+        """Return (s since the robot was ready, value) of each command with one of these names that the robot got."""
         return [(time - self.ready_at, value) for time, name, value in self.heard if name in names]
 
     def says(self, text):

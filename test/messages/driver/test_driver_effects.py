@@ -29,8 +29,8 @@ WIDE_MODEL = str(pathlib.Path(__file__).resolve().parents[2] / "data" / "wide-mo
 
 
 class Run(Bottle):
-    """The run in which the effects are measured. Twice it stands, switches the motors on, drives, and then sends no
-    commands.
+    """The run in which the effects are measured. The robot stands, and the motors are switched on. Then, twice, it
+    drives, and after that gets no commands.
     """
 
     def __init__(self, live: Optional[Mapping[str, Any]] = None, **options):
@@ -77,7 +77,7 @@ class Run(Bottle):
         return pose.header.frame_id, pose.child_frame_id
 
     def greatest(self, command: str) -> int:
-        """Return the greatest value that the robot was told."""
+        """Return the greatest value of this command that the robot got."""
         return max(value for _, value in self.commands(command))
 
     def reaction(self) -> float:
@@ -97,7 +97,7 @@ class Run(Bottle):
         return round((begin[1] - end[1]) / (end[0] - begin[0]), 1)
 
     def signs_of_life(self) -> int:
-        """Return the packets to the robot while nothing is commanded."""
+        """Return the number of STOP and PULSE packets that the robot gets while nothing is commanded."""
         return sum(0.5 < time < IDLE - 0.1 for time, _ in self.commands("STOP", "PULSE"))
 
     def tells_of_the_wire(self) -> bool:
@@ -122,8 +122,8 @@ class Run(Bottle):
 
 
 class Effect(NamedTuple):
-    """A row: another value than the default, the topic or wire that shows its effect, and what is seen with each of the
-    two.
+    """A row: a value other than the default, a function that finds its effect in a Run, and what this function returns
+    with the default and with the other value.
     """
 
     value: Any
@@ -140,7 +140,7 @@ def setting(name: str, usual: Any, value: int) -> Effect:
 
 
 def variances(part: str, moving: bool, usual: float) -> Effect:
-    """Return the row of a diagonal. The test looks at its first number."""
+    """Return the row of a covariance parameter. The test looks at the first number of its diagonal."""
     return Effect([0.25] * 6, lambda run: run.variances(part, moving), usual, 0.25)
 
 

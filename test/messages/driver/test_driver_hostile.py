@@ -23,7 +23,7 @@ def run(monkeypatch):
 
 
 def lose_the_link(bottle, seconds):
-    """Interrupt the link for a moment. The interruption began so long ago."""
+    """Pull the cable for a moment, and then wait so many seconds."""
     bottle.unplug(for_a_moment=True)
     if seconds:
         yield seconds

@@ -223,7 +223,7 @@ def test_all_else_is_asked_of_the_transport():
 
 @pytest.fixture
 def rospys_own(monkeypatch):
-    """Put rospy's own connection class back afterwards."""
+    """Return rospy's own connection class, and put it back after the test."""
     monkeypatch.setattr(rospy.topics, "QueuedConnection", rospy.topics.QueuedConnection)
     return rospy.topics.QueuedConnection
 

@@ -98,7 +98,9 @@ def ros():
 
 @pytest.fixture
 def started(ros):
-    """Make a graph and a Pioneer "r" in it, whose motors are on. `info` describes its robot."""
+    """Make a graph and a Pioneer "r" in it, whose motors are on. With `info`, the Pioneer receives robot_info. Without
+    it, `gripper` is an argument of the Pioneer.
+    """
     robots = []
 
     def start(info=True, gripper=False, **more):
@@ -127,7 +129,9 @@ def stamp(number):
 
 
 def messages(count=32, seed=1):
-    """Return (pose, sonar) for each packet of a simulated robot. The last one is later than DURATION."""
+    """Return (pose, sonar) for each packet of a robot with random headings and ranges. With 32 packets, the last one is
+    later than DURATION.
+    """
     chance, heading, packets = random.Random(seed), 0.0, []
     for number in range(count):
         heading += chance.uniform(-0.04, 0.04)
@@ -220,7 +224,9 @@ def test_only_the_newest_decision_is_commanded_after_a_hold_up(started, packets,
 @settings(max_examples=25)
 @given(order=st.permutations(["pose"] * 32 + ["sonar"] * 32), waits=st.sets(st.integers(0, 63), max_size=8))
 def test_whatever_the_timing_the_log_is_the_same(started, packets, wanted, order, waits):
-    """The topics are interleaved in any way. The feeder waits until all decisions that are possible have been made."""
+    """The topics are interleaved in any way. At some places, the feeder waits until all decisions that are possible
+    have been made.
+    """
     graph, robot = started(begin_at=[stamp(0).to_sec()])
 
     def feed():
@@ -269,7 +275,7 @@ def test_nobody_drives_on_while_time_stands_still(started, packets):
 
 
 def test_a_robot_that_falls_silent_ends_the_wander_in_time(started, packets):
-    """The wander ends by ROS time, and meanwhile nothing drives."""
+    """The wander ends when its duration in ROS time is over. Its last command is a stop."""
     graph, robot = started(begin_at=[stamp(0).to_sec()])
     for pose, sonar in packets[:5]:
         graph.hand_out("pose", pose)

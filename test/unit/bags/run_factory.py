@@ -13,7 +13,7 @@ LONG_TEXT = ("the other side closed the line: switched off, cable pulled, or ano
 
 
 def track(seconds, speed=0.2, towards=0.0, bend=0.05, step=0.1):
-    """Return a robot that drives in bends, at ``speed`` (m/s), around a heading ``towards`` (rad)."""
+    """Return the track of a robot that drives in bends, at ``speed`` (m/s), around a heading ``towards`` (rad)."""
     time = np.arange(0.0, seconds + step / 2, step)
     heading = towards + np.sin(bend * np.arange(len(time)))
     x, y = (np.concatenate(([0.0], np.cumsum(speed * step * turned(heading[:-1])))) for turned in (np.cos, np.sin))
@@ -42,7 +42,7 @@ def series(*changes):
 
 
 def full(odometry, times=5):
-    """Return a run that has all data. Each kind of event happens so many times."""
+    """Return a run that has all data. Most kinds of events happen so many times."""
     seconds = odometry.time[-1] - BEGIN
     moments = BEGIN + seconds * (np.arange(times) + 0.5) / times
     told = velocities(odometry)

@@ -16,7 +16,9 @@ def track(*rows):
 
 
 def straight(seconds=10.0, speed=0.2, veer=0.0, rest=0.0, step=0.1):
-    """Return a robot that stands for ``rest`` seconds, then drives for ``seconds``, turned by ``veer`` rad."""
+    """Return the track of a robot that stands for ``rest`` seconds and then drives for ``seconds``. It drives at an
+    angle of ``veer`` rad to its heading, which stays 0.
+    """
     time = np.arange(0.0, rest + seconds + step / 2, step)
     way = speed * np.clip(time - rest, 0.0, None)
     return Track(time, way * math.cos(veer), way * math.sin(veer), np.zeros_like(time))
@@ -74,7 +76,7 @@ def test_robots_that_stay(still):
 
 
 def drives(*legs, step=0.1):
-    """Return a robot that drives for some seconds at some m/s, for each leg. At 0 m/s it stands."""
+    """Return the track of a robot that drives for some seconds at some m/s, for each leg. At 0 m/s it stands."""
     speeds = np.concatenate([np.full(round(seconds / step), float(speed)) for seconds, speed in legs])
     x = np.concatenate(([0.0], np.cumsum(speeds * step)))
     return Track(100.0 + step * np.arange(len(x)), x, np.zeros_like(x), np.zeros_like(x))

@@ -14,7 +14,7 @@ LINE = Timeline(make.BEGIN, make.BEGIN + 20.0)
 
 
 def rows(run, line=LINE):
-    """Return name to lane. Times are counted from the begin."""
+    """Return the lanes by name. Their times are counted from the begin of the run."""
     lanes = over_time.lanes(run, incidents(run), line)
     return {lane.name: lane._replace(spans=tuple((begin - make.BEGIN, end - make.BEGIN) for begin, end in lane.spans))
             for lane in lanes}

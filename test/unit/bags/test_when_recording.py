@@ -25,8 +25,8 @@ def test_subscribed(subscribers, expected):
 
 @pytest.fixture
 def waited(monkeypatch):
-    """Run a program that waits for a recorder. The recorder listens when the master is asked for the so-manyth time.
-    Returns the times slept.
+    """Return a function that runs a program which waits for a recorder. The recorder listens when the master is asked
+    for the ``asked``-th time. The function returns the times that the program slept.
     """
 
     def waited(asked):

@@ -36,7 +36,7 @@ def on_serial(robot=None, baud=9600, **settings):
 
 
 def left_open(robot):
-    """The robot is open, and its watchdog has stopped it. Any packet but CLOSE makes it drive again."""
+    """Make the robot open, and stopped by its watchdog. Any packet but CLOSE makes it drive again."""
     robot.open()
     robot.motors, robot.set_point["VEL"], robot.watchdog_expired = True, 300, True
     return robot
@@ -352,7 +352,9 @@ def test_on_tcp_an_open_robot_that_is_heard_late_is_closed_at_whichever_packet_f
 @LINES
 @pytest.mark.parametrize("reached", ["waiting", "opened by a CLOSE", "dead", "SYNC0", "SYNC1"])
 def test_a_strict_robot_is_connected_whatever_it_heard_before(line, reached):
-    """On TCP the robot waits for each new connection. A pseudo-terminal keeps the earlier bytes."""
+    """On TCP each new connection finds the robot waiting. On a pseudo-terminal the robot stays in the state that it has
+    reached.
+    """
     before = {"waiting": "", "opened by a CLOSE": "FAFB03020002", "dead": "FAFB031D001D", "SYNC0": "FAFB03000000",
               "SYNC1": "FAFB03000000 FAFB03010001"}[reached]
     robot = StrictRobot(tcp=line == "TCP")

@@ -21,7 +21,7 @@ def robot_at(baud=OWN, **fields):
 
 
 def without(robot):
-    """Return when the same robot is ready without host_baud."""
+    """Return the time (s) at which the same robot is ready without host_baud."""
     return Bench(robot, rates=RATES).until_ready().now
 
 

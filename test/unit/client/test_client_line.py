@@ -79,7 +79,9 @@ def test_two_velocities_go_at_once_if_the_line_carries_both_in_7_ms(baud, at_onc
 
 
 def test_a_stop_behind_a_bunch_is_among_six_commands_in_a_row(line, written):
-    """ARIA sends six commands in a row, too (protocol 13). So every robot hears a stop among six commands."""
+    """ARIA sends six commands in a row, too (protocol sheet 13). So even a robot that takes no more than six commands
+    at once gets the stop.
+    """
     for _ in range(5):
         line.velocity(0.0, b"V", b"R", companion=lambda now: () if written else (b"Q",))
     line.stop(0.0, b"S")

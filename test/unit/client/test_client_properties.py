@@ -1,4 +1,4 @@
-"""What holds for a session with any user and any bytes from the line. hypothesis searches for exceptions."""
+"""What holds for a session with any user and any bytes from the line. hypothesis searches for counterexamples."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Every example packet of the protocol sheet is framed, explained, and read field by field."""
+"""Every example packet of the protocol sheet is framed, encoded, and read field by field."""
 
 import golden
 import pytest
@@ -12,7 +12,9 @@ packets = pytest.mark.parametrize("example", golden.PACKETS, ids=golden.label)
 
 
 def test_no_example_is_lost():
-    """The protocol sheet has 101 and 70 examples. Some are there twice."""
+    """The protocol sheet has 101 examples of packets of the robot, and 70 of devices (cameras and arm). Some are there
+    twice.
+    """
     places = [place for example in golden.EXAMPLES
               for place in str(example["where"]).replace("camera ", "camera-").replace("arm ", "arm-").split()]
     on_devices = [place for place in places if place.startswith(("camera", "arm"))]

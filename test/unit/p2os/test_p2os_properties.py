@@ -1,4 +1,4 @@
-"""What holds for all bytes and all values. hypothesis searches for exceptions."""
+"""What holds for all bytes and all values. hypothesis searches for counterexamples."""
 
 from types import SimpleNamespace
 

@@ -82,7 +82,9 @@ def test_the_numbers_that_the_page_names_are_there():
 
 
 def test_it_agrees_with_what_clients_are_told_of_old_firmware():
-    """Of the families that the protocol sheet names. A client expects nothing of the others."""
+    """A command that clients treat as unknown to a family is unknown to the simulated robot of this family, too. The
+    test compares only PSOS, P2OS, AROS and ARCOS.
+    """
     for name, families in UNKNOWN_TO.items():
         unknown_to = {family for family in FAMILIES if not HANDLERS[name].known_to(family)}
         assert unknown_to >= set(families) & {"PSOS", "P2OS", "AROS", "ARCOS"}, name

@@ -14,7 +14,8 @@ def grid(*rows):
 
 
 def sides(segments):
-    """Return the sides of segments, in any direction and order."""
+    """Return segments in a form that can be compared: the direction and the order of the segments make no difference.
+    """
     return sorted(tuple(sorted((segment[:2], segment[2:]))) for segment in segments)
 
 

@@ -1,6 +1,6 @@
 """What real client programs do, byte for byte, in simulated time.
 
-The protocol sheet has seen them do it (sections 2, 8 and 13). Bytes go in by `Firmware.receive` and come out of
+The protocol sheet describes what they do (sections 2, 8 and 13). Bytes go in by `Firmware.receive` and come out of
 `Firmware.advance`. They are made and read by the tables of the sheet, without the package's own codec.
 """
 
@@ -47,7 +47,7 @@ class Client:
         return self
 
     def ask(self, packet, number, limit=1.0):
-        """Repeat some packets until a packet of a kind comes. Returns this packet, or None."""
+        """Repeat one packet until a packet of a kind comes. Returns this packet, or None."""
         before = len(self.heard)
         for _ in range(round(limit / 0.2)):
             self.say(packet)

@@ -65,7 +65,9 @@ OFF_THE_WIRE = {"node.py", "picture.py"}
 
 
 def inexact_sums(source):
-    """Return how a Python source uses such functions, or powers of numbers that may be floats."""
+    """Yield the names of the inexact functions that a Python source uses, and "**" for each power of a number that may
+    be a float.
+    """
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Attribute):
             of_library = getattr(node.value, "id", "") in ("math", "np")

@@ -156,7 +156,9 @@ def crowd(rng):
 
 
 def sampled_echo(walls, posts, x, y, heading, half_width):
-    """Return the nearest of many points on all walls and rims that are in the cone. arctan2 decides which are."""
+    """Return the distance to the nearest of many points on all walls and rims that are in the cone. arctan2 decides
+    which are. Inside a post the distance is 0.
+    """
     share = np.linspace(0.0, 1.0, 20001)
     points = [(x1 + (x2 - x1) * share, y1 + (y2 - y1) * share) for x1, y1, x2, y2 in walls]
     points += [(px + r * np.cos(2 * np.pi * share), py + r * np.sin(2 * np.pi * share)) for px, py, r in posts]

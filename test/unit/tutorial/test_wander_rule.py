@@ -61,7 +61,8 @@ def test_turn_back_when_nothing_ahead_is_open():
 
 
 def test_what_it_calls_clear_is_not_more_than_its_sonars_see():
-    """The wander said "no sonar ahead sees 2 m", and then "5.0 m clear". It did not count what stands beside the way.
+    """An earlier version of the wander said "no sonar ahead sees 2 m", and right after that "5.0 m clear", because it
+    did not count what stands beside the way.
     """
     assert decide({3: 2.1, 4: 2.1}, everything_else=1.0)[0].reason == "driving: 2.1 m clear ahead"
     assert decide({3: 0.8, 4: 2.1}, DRIVING, everything_else=1.0)[0].reason < "driving: 1.0"
