@@ -15,9 +15,10 @@ Commands drift slowly against the SIPs, and so meet every phase of the cycle.
 
 A time begins right before the write of a SIP or the publish() of a command, and ends when the subscriber's callback is
 called or the robot has read the last byte of RVEL. On a machine that does other work too, all figures are upper bounds;
-the ratios to the floor say more. Where a process happens to have its memory changes its times by up to a tenth. So all
-nodes are started anew for each round, and a median is the median of the medians of the rounds. A real line of 9600 baud
-adds 1.04 ms for each byte, and so about 0.3 s to the start.
+the ratios to the floor say more. The same code differs from one start of the processes to the next: where the median
+ratio to the floor was 1.15, that of single starts was 0.96 to 1.37. So all nodes are started anew for each round, and a
+median is the median of the medians of the rounds. A real line of 9600 baud adds 1.04 ms for each byte, and so about 0.3
+s to the start.
 
 Exit status 1 when a limit is exceeded.
 """
@@ -52,8 +53,7 @@ from pioneer_control import p2os
 HERE = os.path.dirname(os.path.abspath(__file__))
 RESULTS = os.path.join(HERE, "driver.md")
 PIECES_RESULTS = os.path.join(HERE, "driver_pieces.md")
-# s in each phase, of each round. The last round shows whether memory grows. Seven starts of all nodes: the same code
-# differs by up to a tenth from one start to the next.
+# s in each phase, of each round. The last round shows whether memory grows.
 DRIVES = 6 * (10.0,) + (60.0,)
 ROUNDS, PIECES_DRIVE = 5, 20.0      # of --pieces: rounds, and s in each phase
 NODES = {"floor": [sys.executable, os.path.join(HERE, "relay_node.py"), "{port}"],
