@@ -387,9 +387,18 @@ BUILD_TOOLS = {"cmake", "make", "g++", "python3-typeshed", "rosbash", "librostes
 
 
 def test_the_list_of_packages_agrees_with_package_xml():
-    """Only RViz is not in the list: `run --rviz` installs it."""
+    """Only RViz and what drives a browser are not in the list: `run --rviz` and `test` install them."""
     assert {BROUGHT_BY.get(name, name) for name in named_by_package_xml() -
-            {"rviz"}} | BUILD_TOOLS == set(debian_packages())
+            {"rviz", "python3-selenium"}} | BUILD_TOOLS == set(debian_packages())
+
+
+def test_only_the_tests_install_a_browser(clone):
+    installed = " ".join(debian_packages())
+    clone.run("shell", "true", INSTALLED=installed)
+    assert [call for call in clone.calls if "chromium" in call] == []
+    clone.run("test", INSTALLED=installed)
+    (install,) = [call for call in clone.calls if "chromium" in call]
+    assert install.endswith("install -y --no-install-recommends chromium chromium-driver python3-selenium")
 
 
 def test_continuous_integration_calls_the_same_command():
