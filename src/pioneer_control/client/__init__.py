@@ -37,6 +37,8 @@ Open ``robot.py`` first, then ``session.py`` and ``phases.py``. All files, from 
 ``session``        one connection, sans-I/O: bytes and time in, bytes and events out
 ``threads``        two threads that own the port and the clock, and call the listeners
 ``robot``          the class Robot, which a program uses
+``helm``           who may command: inputs with priorities and time-outs, and locks
+``steered_robot``  a Robot that several inputs command, as far as the helm lets them
 ``alarms``         the texts of alarms, and the battery levels that they need
 ``fault_flags``    the table of what the fault flags of a robot mean in diagnostics
 ``health``         the diagnostics of a robot, as in REP 107: levels and texts
@@ -57,9 +59,11 @@ from .events import (BaudFound, CommandTimedOut, Event, LineSpeed, LinkDown, Mot
                      PacketReceived, Ready, StatesMissed, Tuned,
                      Unmoved)
 from .gripper import GripperReading
+from .helm import HelmState, VelocityInput
 from .identity import RobotIdentity
 from .robot import LinkCounts, Robot
 from .state import NO_ECHO, RobotState, SonarRange
+from .steered_robot import SteeredRobot
 from .tuning import Change, Tuning
 
 __all__ = [
@@ -69,6 +73,7 @@ __all__ = [
     "CommandTimedOut",
     "Event",
     "GripperReading",
+    "HelmState",
     "LineSpeed",
     "LinkCounts",
     "LinkDown",
@@ -81,7 +86,9 @@ __all__ = [
     "RobotState",
     "SonarRange",
     "StatesMissed",
+    "SteeredRobot",
     "Tuned",
     "Tuning",
     "Unmoved",
+    "VelocityInput",
 ]

@@ -78,6 +78,7 @@ class Drive:
         self._driven: Velocity = self._body     # _body or _wheels: the newest velocity is given for this one
         self.wanted: Optional[Tuple[float, float]] = None
         self._commanded_at = self._sent_at = 0.0
+        self._good_for = math.inf   # s, of the newest velocity; command_timeout when that is shorter
         self._stopping = False      # whether a stop was sent, and no SIP has shown yet that the robot stands
         self._motors: Optional[MotorsRequest] = None
         self._state: Optional[RobotState] = None
@@ -94,26 +95,26 @@ class Drive:
         """Time (monotonic, s) by which tick() must be called; infinity when nothing is due."""
         due = self._sent_at + REFRESH if self.wanted is not None or self._stopping else math.inf
         if self.wanted is not None:
-            due = min(due, self._commanded_at + self.command_timeout)
+            due = min(due, self._expires_at)
         if self._motors is not None:
             due = min(due, self._motors.asked_at + REFRESH, self._motors.give_up_at)
         return due
 
-    def set_velocity(self, linear: float, angular: float, now: float) -> None:
-        """Drive at these velocities (m/s forward, rad/s counter-clockwise) until command_timeout.
+    def set_velocity(self, linear: float, angular: float, now: float, timeout: float = math.inf) -> None:
+        """Drive at these velocities (m/s forward, rad/s counter-clockwise) until command_timeout, or ``timeout`` (s).
 
-        The velocities are clamped to the limits. Raises UsageError when a velocity is not a finite number. Then nothing
-        changes.
+        The shorter time counts. The velocities are clamped to the limits. Raises UsageError when a velocity is not a
+        finite number. Then nothing changes.
         """
-        self._want(self._body, (linear, angular), now)
+        self._want(self._body, (linear, angular), now, timeout)
 
-    def set_wheel_velocities(self, left: float, right: float, now: float) -> None:
-        """Drive the wheels at these velocities (m/s, forward positive) until command_timeout.
+    def set_wheel_velocities(self, left: float, right: float, now: float, timeout: float = math.inf) -> None:
+        """Drive the wheels at these velocities (m/s, forward positive) until command_timeout, or ``timeout`` (s).
 
         Beyond a limit both velocities are made smaller by the same factor, so that the curve stays. Raises UsageError
         when a velocity is not a finite number. Then nothing changes.
         """
-        self._want(self._wheels, (left, right), now)
+        self._want(self._wheels, (left, right), now, timeout)
 
     def follow(self, identity: RobotIdentity) -> None:
         """Use the limits of this new identity from now on."""
@@ -166,7 +167,7 @@ class Drive:
 
     def tick(self, now: float) -> None:
         """Repeat commands, stop the robot after command_timeout, and let a motor request fail after its time-out."""
-        if self.wanted is not None and now >= self._commanded_at + self.command_timeout:
+        if self.wanted is not None and now >= self._expires_at:
             self._events.append(CommandTimedOut(now - self._commanded_at))
             self.stop(now)
         elif self.wanted is not None and now >= self._sent_at + REFRESH:
@@ -184,7 +185,12 @@ class Drive:
         if self._motors is not None:
             self._answer_motors(self._motors, error)
 
-    def _want(self, driven: Velocity, wanted: Tuple[float, float], now: float) -> None:
+    @property
+    def _expires_at(self) -> float:
+        """Time (monotonic, s) at which the newest velocity is too old."""
+        return self._commanded_at + min(self._good_for, self.command_timeout)
+
+    def _want(self, driven: Velocity, wanted: Tuple[float, float], now: float, timeout: float) -> None:
         if not (math.isfinite(wanted[0]) and math.isfinite(wanted[1])):
             raise UsageError("velocities are %r and %r; finite numbers are needed" % wanted)
         if wanted == (0, 0):
@@ -192,7 +198,7 @@ class Drive:
         else:
             if driven is not self._driven:
                 self._driven.rest(now)
-            self._driven, self.wanted, self._commanded_at = driven, wanted, now
+            self._driven, self.wanted, self._commanded_at, self._good_for = driven, wanted, now, timeout
             self._stopping = False
             self._send_velocity(now)
 
@@ -200,7 +206,7 @@ class Drive:
         assert self.wanted is not None
         self._sent_at = now
         self._line.velocity(now, *self._driven.packets(*self.wanted, now),
-                            until=self._commanded_at + self.command_timeout, companion=self._companion)
+                            until=self._expires_at, companion=self._companion)
 
     def _send_motors(self, request: MotorsRequest, now: float) -> None:
         request.asked_at = now

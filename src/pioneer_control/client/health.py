@@ -1,6 +1,6 @@
 """Makes the diagnostics of a robot as REP 107 says: levels and texts. The driver publishes them, the page shows them.
 
-The functions are pure: time (monotonic, s) is an argument. There are always the same six tasks, so that a program can
+The functions are pure: time (monotonic, s) is an argument. There are always the same seven tasks, so that a program can
 see when one is missing:
 
 ===========  ======================  ==============================================  =========================
@@ -14,6 +14,8 @@ Battery      above the alarm level   below the alarm level; below the switch-off
 Motors       on or off               the STOP button is pressed; the robot           a fault of the drives or
                                      switched them off; it got a velocity, but       of the safety system
                                      stands; a fault with which they still work
+Helm         who commands, if any    a lock is set
+             input does
 Stall        no wheel is stalled     a wheel is stalled
 Bumpers      free, or none fitted    a segment is pressed
 Temperature  normal, or the robot    near the switch-off level                       above the switch-off
@@ -35,6 +37,7 @@ from ..p2os import ChargeState, FaultFlags, Flags
 from .alarms import battery_levels, low_battery, stalled_wheels, stop_button_pressed, unmoved
 from .events import BaudFound, CommandTimedOut, Event, LineSpeed, LinkDown, MotionCleared, Ready, Unmoved
 from .fault_flags import FAULTS, Level
+from .helm import HelmState
 from .identity import DEFAULT_SIP_CYCLE, RobotIdentity
 from .robot import LinkCounts
 from .state import RobotState
@@ -114,6 +117,10 @@ class Facts(NamedTuple):
     """How many packets of this link are missing. It is negative while packets come early."""
     counts: LinkCounts = LinkCounts(0, 0, 0, 0, 0, 0, 0, 0, None)
     """The counters of the link since the start of the driver."""
+    helm: HelmState = HelmState()
+    """Who may command."""
+    obstacles: Mapping[str, str] = {}
+    """What to tell people about a lock, and about an input that has the helm: sentences by its name."""
     recent: Optional[Recent] = None
     """What was received recently. None without a link, and during its first second."""
 
@@ -231,6 +238,24 @@ def _motors(facts: Facts, robot: RobotIdentity, state: RobotState) -> Finding:
     })
 
 
+def _helm(facts: Facts, robot: RobotIdentity, state: RobotState) -> Finding:
+    """Return the finding of the task Helm."""
+    helm = facts.helm
+    by_whom = " (%s)" % helm.who if helm.who else ""
+    if helm.commander == helm.holder != "":
+        otherwise = "a person commands on %s%s" % (helm.commander, by_whom)
+    elif helm.holder:
+        otherwise = facts.obstacles.get(helm.holder, "%s has the helm" % helm.holder)
+    else:
+        otherwise = "%s commands%s" % (helm.commander, by_whom) if helm.commander else "nobody commands"
+    return _finding(
+        [Problem(True, Level.WARN, facts.obstacles.get(lock, "%s is set" % lock)) for lock in helm.locks], otherwise, {
+            "Commander": helm.commander + by_whom if helm.commander else "nobody",
+            "Programs": "locked out" if helm.holder else "may command",
+            "Locks": ", ".join(helm.locks) or "none",
+        })
+
+
 def _stall(facts: Facts, robot: RobotIdentity, state: RobotState) -> Finding:
     """Return the finding of the task Stall."""
     text = stalled_wheels(state)
@@ -271,6 +296,7 @@ def _temperature(facts: Facts, robot: RobotIdentity, state: RobotState) -> Findi
 ABOUT_THE_ROBOT: Dict[str, Callable[[Facts, RobotIdentity, RobotState], Finding]] = {
     "Battery": _battery,
     "Motors": _motors,
+    "Helm": _helm,
     "Stall": _stall,
     "Bumpers": _bumpers,
     "Temperature": _temperature,
@@ -349,10 +375,12 @@ class Health:
         port: the serial device or TCP address, as the user gave it.
         baud: the line speed. None on TCP.
         how_to_enable: the shell command that switches the motors on, for the texts.
+        obstacles: what to tell people about a lock, and about an input that has the helm: sentences by its name.
     """
 
-    def __init__(self, port: str, baud: Optional[int], how_to_enable: str) -> None:
-        self._facts = Facts(port, how_to_enable, None if baud is None else str(baud))   # without state and lost
+    def __init__(self, port: str, baud: Optional[int], how_to_enable: str, obstacles: Mapping[str, str] = {}) -> None:
+        # Without state, lost and helm:
+        self._facts = Facts(port, how_to_enable, None if baud is None else str(baud), obstacles=obstacles)
         self._state: Optional[RobotState] = None    # the newest state of this link
         self._lost = 0
         self._window = LinkWindow()
@@ -398,14 +426,15 @@ class Health:
             return isinstance(event, LinkDown) and before.no_link in (None, NOT_YET)
         return isinstance(event, (MotionCleared, Unmoved)) and self._changed()
 
-    def report(self, now: float, counts: LinkCounts) -> Dict[str, Finding]:
+    def report(self, now: float, counts: LinkCounts, helm: HelmState = HelmState()) -> Dict[str, Finding]:
         """Return the findings of all tasks, by task. Call it once a second or more often.
 
         Args:
             now: the current time (monotonic, s).
             counts: the counters of the link.
+            helm: who may command.
         """
-        facts = self._facts._replace(counts=counts, state=self._state, lost=self._lost)
+        facts = self._facts._replace(counts=counts, state=self._state, lost=self._lost, helm=helm)
         if facts.no_link is None:
             facts = facts._replace(recent=self._window.recent(now, counts))
         return {task: find(task, facts) for task in TASKS}

@@ -5,6 +5,7 @@ The docstring of the folder has an example.
 
 import atexit
 import contextlib
+import math
 from time import monotonic
 from typing import Any, Callable, NamedTuple, Optional
 
@@ -207,24 +208,26 @@ class Robot:
 
     # Commands. Each is written before it returns if the line is idle.
 
-    def set_velocity(self, linear: float, angular: float) -> None:
+    def set_velocity(self, linear: float, angular: float, timeout: float = math.inf) -> None:
         """Drive at these velocities until command_timeout: m/s, forward positive; rad/s, counter-clockwise positive.
 
-        The velocities are clamped to the limits of the identity. On an idle line the command is written before this
-        returns. Raises UsageError for NaN and infinity, and then sends nothing. Raises LinkError when there is no link.
+        A shorter ``timeout`` (s) counts instead of command_timeout. The velocities are clamped to the limits of the
+        identity. On an idle line the command is written before this returns. Raises UsageError for NaN and infinity,
+        and then sends nothing. Raises LinkError when there is no link.
         """
         with self._link as robot:
-            robot.drive.set_velocity(linear, angular, monotonic())
+            robot.drive.set_velocity(linear, angular, monotonic(), timeout)
 
-    def set_wheel_velocities(self, left: float, right: float) -> None:
+    def set_wheel_velocities(self, left: float, right: float, timeout: float = math.inf) -> None:
         """Drive the left and the right wheels at these velocities (m/s, forward positive) until command_timeout.
 
-        The robot takes steps of 20 mm/s. The client changes between two steps, so that the average is right. Beyond a
-        limit of a wheel or of the robot both velocities are made smaller by the same factor, so that the curve stays.
-        Raises the same errors as set_velocity().
+        A shorter ``timeout`` (s) counts instead of command_timeout. The robot takes steps of 20 mm/s. The client
+        changes between two steps, so that the average is right. Beyond a limit of a wheel or of the robot both
+        velocities are made smaller by the same factor, so that the curve stays. Raises the same errors as
+        set_velocity().
         """
         with self._link as robot:
-            robot.drive.set_wheel_velocities(left, right, monotonic())
+            robot.drive.set_wheel_velocities(left, right, monotonic(), timeout)
 
     def set_limits(self, max_linear: Optional[float], max_angular: Optional[float], command_timeout: float) -> None:
         """Change the limits (m/s, rad/s; None for the robot's own limit) and the command time-out (s).

@@ -11,12 +11,12 @@ package of rqt_robot_monitor, which shows them.)
 import threading
 from functools import partial
 from time import monotonic
-from typing import Any, Callable, Dict
+from typing import Any, Callable, Dict, Mapping
 
 import diagnostic_updater
 import rospy
 
-from ..client import Event, LinkCounts, RobotState
+from ..client import Event, HelmState, LinkCounts, RobotState
 from ..client.health import TASKS, Finding, Health
 from ..client.transport import tcp_address
 
@@ -33,12 +33,16 @@ class Diagnostics:
         port: the serial device or TCP address, as the user gave it.
         baud: the line speed of a serial device.
         how_to_enable: the shell command that switches the motors on, for the texts.
+        obstacles: what to tell people about a lock, and about an input that has the helm: sentences by its name.
         link: a function that returns the counters of the link.
+        helm: a function that returns who may command.
     """
 
-    def __init__(self, port: str, baud: int, how_to_enable: str, link: Callable[[], LinkCounts]) -> None:
-        self._health = Health(port, None if tcp_address(port) else baud, how_to_enable)
+    def __init__(self, port: str, baud: int, how_to_enable: str, obstacles: Mapping[str, str],
+                 link: Callable[[], LinkCounts], helm: Callable[[], HelmState]) -> None:
+        self._health = Health(port, None if tcp_address(port) else baud, how_to_enable, obstacles)
         self._link = link
+        self._helm = helm
         self._findings: Dict[str, Finding] = {}
         self._wanted = threading.Event()    # a report, at once
         self._ended = threading.Event()
@@ -62,6 +66,10 @@ class Diagnostics:
         if self._health.event(event):
             self._wanted.set()
 
+    def wake(self) -> None:
+        """Publish soon, because it has changed who may command. Never blocks."""
+        self._wanted.set()
+
     def _run(self) -> None:
         try:
             updater = diagnostic_updater.Updater()      # sends requests to the master: so not in __init__
@@ -70,7 +78,7 @@ class Diagnostics:
             while not self._ended.is_set():
                 self._wanted.clear()
                 if updater.publisher.get_num_connections():
-                    self._findings = self._health.report(monotonic(), self._link())
+                    self._findings = self._health.report(monotonic(), self._link(), self._helm())
                     updater.setHardwareID(self._health.hardware_id)
                     updater.force_update()              # update() counts in ROS time
                     self._ended.wait(SHORTEST)

@@ -18,17 +18,18 @@ from typing import Any, Callable, Dict, Mapping
 import rospy
 
 from ..client import (BaudFound, CommandTimedOut, LineSpeed, LinkDown, MotionCleared, MotorsAnswered, Ready, Robot,
-                      StatesMissed, Tuned, Unmoved)
+                      StatesMissed, SteeredRobot, Tuned, Unmoved)
 from ..client.alarms import unmoved
 from ..errors import ParameterError, PioneerError, PortError
 from ..ros_node import init_node
 from .diagnostics import Diagnostics
+from .helm_topic import HelmPublisher
 from .notices import Throttle, Watch
-from .parameters import TUNING, DriverParameters, check_parameters
+from .parameters import BY_HAND, TUNING, DriverParameters, check_parameters
 from .prompt import send_promptly
 from .publications import Publications
 from .reconfigure import Reconfiguration
-from .requests import Requests
+from .requests import STOP_ALL, Requests
 from .wire_topic import WirePublisher
 
 START_GRACE = 3.0
@@ -46,7 +47,14 @@ class DriverNode:
         self._throttle = Throttle()
         how_to_enable = "rosservice call %s true" % rospy.resolve_name("set_motors")
         self._watch = Watch(parameters.cmd_vel_timeout, how_to_enable)
-        self._diagnostics = Diagnostics(parameters.port, parameters.baud, how_to_enable, lambda: self._robot.link)
+        obstacles = {
+            STOP_ALL: "%s is set, and nothing may move; to take it away: rostopic pub -1 %s std_msgs/Bool false"
+                      % (STOP_ALL, rospy.resolve_name(STOP_ALL)),
+            BY_HAND: "a person has the helm (%s); programs may command again after: rosservice call %s"
+                     % (BY_HAND, rospy.resolve_name("teleop/release")),
+        }
+        self._diagnostics = Diagnostics(parameters.port, parameters.baud, how_to_enable, obstacles,
+                                        lambda: self._robot.link, lambda: self._steered.state())
         self._asked_to_end = False
         self._started = monotonic()
         self._publications = Publications(parameters, lambda kind, on: self._robot.request_data(kind, on))
@@ -71,7 +79,9 @@ class DriverNode:
         self._robot.listen(self._publications.state, self._publications.event)      # first, so that poses are not late
         self._robot.listen(self._diagnostics.state, self._diagnostics.event)
         self._robot.listen(lambda state: self._warn(self._watch.state(state)), self._on_event)
-        self._requests = Requests(parameters, self._robot, self._watch, self._warn)
+        self._helm = HelmPublisher()
+        self._steered = SteeredRobot(self._robot, parameters.inputs, obstacles, self._who_commands_changed)
+        self._requests = Requests(parameters, self._robot, self._steered, self._watch, self._warn)
         # For each type of event of the link: the method that informs the user.
         self._reactions: Dict[type, Callable[[Any], None]] = {
             Ready: self._welcome,
@@ -84,7 +94,8 @@ class DriverNode:
             MotionCleared: lambda event: self._warn({
                 event.reason: "the robot stopped: %s; it stands until a new command" % event.reason}),
             CommandTimedOut: lambda event: self._warn({
-                "timed out": "the robot was stopped: no velocity came for %.1f s (cmd_vel_timeout)" % event.age}),
+                "timed out": "the robot was stopped: no velocity came for %.1f s (%s)" % (
+                    event.age, "teleop_timeout" if self._steered.state().holder else "cmd_vel_timeout")}),
             Unmoved: lambda event: self._warn({"unmoved": unmoved(event.age)}),
             StatesMissed: lambda event: self._warn({
                 "missed": "this computer is too slow: %d states and packets of the robot were not published"
@@ -103,6 +114,7 @@ class DriverNode:
         try:
             self._robot.start()
             self._diagnostics.start()
+            self._helm.start(self._steered)
             Reconfiguration(self._parameters, self._reconfigure)
             self._robot.wait_until_ended()
         finally:
@@ -121,6 +133,7 @@ class DriverNode:
         self._robot.close(wait=False)
         self._diagnostics.stop()
         self._publications.close()
+        self._helm.close()
         if self._wire is not None:
             self._wire.close()
 
@@ -128,7 +141,13 @@ class DriverNode:
         """Put new values into effect for the parameters that may change while the driver runs."""
         self._robot.set_limits(parameters.max_xspeed, parameters.max_yawspeed, parameters.cmd_vel_timeout)
         self._robot.tune(parameters.tuning)
+        for name, velocity_input in parameters.inputs.items():
+            self._steered.set_timeout(name, velocity_input.timeout)
         self._watch.cmd_vel_timeout = parameters.cmd_vel_timeout
+
+    def _who_commands_changed(self) -> None:
+        self._helm.wake()
+        self._diagnostics.wake()
 
     # Reactions to events of the robot. A thread of the client calls these methods.
 

@@ -73,14 +73,18 @@ class Watch:
             moving: the velocity is not zero.
             state: the newest state of the robot. None if there is none.
         """
-        motors_off = moving and state is not None and not state.motors_enabled
         gap = now - self._last_command if self._last_command is not None else 0.0
         self._gaps = self._gaps + 1 if self._was_moving and self.cmd_vel_timeout < gap < SAME_COMMANDER else 0
         self._last_command, self._was_moving = now, moving
         return {
-            "motors off": ("a velocity arrived, but the motors are off; to switch them on: %s" % self._how_to_enable
-                           if motors_off else ""),
+            **self.motors_off(moving, state),
             "slow": ("velocities come every %.1f s, but are too old after %.1f s (cmd_vel_timeout): the robot stops in "
                      "between; publish at 10 Hz" % (gap, self.cmd_vel_timeout)
                      if self._gaps > 1 else ""),    # a single long pause may be the pause between two drives
         }
+
+    def motors_off(self, moving: bool, state: Optional[RobotState]) -> Dict[str, str]:
+        """Return the warning about a velocity, zero or ``moving``, that finds the motors off."""
+        motors_off = moving and state is not None and not state.motors_enabled
+        return {"motors off": "a velocity arrived, but the motors are off; to switch them on: %s" % self._how_to_enable
+                if motors_off else ""}

@@ -4,15 +4,19 @@ Each field is one private parameter, with its default, the legal values, the uni
 """
 
 from dataclasses import dataclass, fields, replace
-from typing import Any, List, Mapping, Optional, Tuple
+from typing import Any, Dict, List, Mapping, Optional, Tuple
 
-from ..client import Tuning
+from ..client import Tuning, VelocityInput
 from ..errors import ParameterError
 from ..p2os import BAUD_RATES
 from ..parameters import AutoSwitch, Choice, Number, Numbers, Rate, Switch, Text, Whole, check, parameter
 
 GAIN = Whole(-1, 65535)
 NO_DRIFT_GIVEN = -32768
+PROGRAM, PERSON = 10, 100
+"""The priorities of velocity inputs: of those of programs, and of that of a person."""
+BY_HAND = "teleop/cmd_vel"
+"""The topic of a person who drives by hand."""
 UNKNOWN = 1e6   # variance of a value that wheels cannot measure
 VARIANCES = Numbers(6, 0.0, 1e9)
 Variances = Tuple[float, float, float, float, float, float]     # of x, y, z (m^2), roll, pitch, yaw (rad^2)
@@ -72,6 +76,9 @@ class DriverParameters:
                                   live=True)
     max_yawspeed: float = parameter(1.745, Number(0.02, 6.3), "no turn goes beyond", "rad/s", live=True)
     cmd_vel_timeout: float = parameter(0.6, Number(0.1, 2.0), "a velocity older than this means stop", "s", live=True)
+    teleop_timeout: float = parameter(
+        0.5, Number(0.1, 2.0), "a person's velocity older than this, or than cmd_vel_timeout, means stop", "s",
+        live=True)
     max_xaccel: float = parameter(0.0, Rate(0.01, 10.0), "acceleration; 0: the robot's own", "m/s^2", live=True)
     max_xdecel: float = parameter(0.0, Rate(0.1, 10.0, signed=True), "deceleration, any sign; 0: the robot's own",
                                   "m/s^2", live=True)
@@ -109,6 +116,13 @@ class DriverParameters:
                                                    "of twist, while the robot moves")
     twist_covariance_still: Variances = parameter((1e-6, 1e-6, UNKNOWN, UNKNOWN, UNKNOWN, 1e-6), VARIANCES,
                                                   "of twist, while it stands")
+
+    @property
+    def inputs(self) -> Dict[str, VelocityInput]:
+        """The topics by which velocities come: programs have one priority, and a person is above them."""
+        program = VelocityInput(PROGRAM, self.cmd_vel_timeout)
+        person = VelocityInput(PERSON, min(self.teleop_timeout, self.cmd_vel_timeout), keeps_helm=True)
+        return {"cmd_vel": program, "cmd_wheels": program, BY_HAND: person}
 
     @property
     def tuning(self) -> Tuning:

@@ -11,14 +11,15 @@ from typing import Any, Callable, Mapping, NamedTuple
 
 import rospy
 from geometry_msgs.msg import Twist
+from std_msgs.msg import Bool
 from std_srvs.srv import Empty, SetBool, Trigger
 
-from ..client import MotorsAnswered, Robot
+from ..client import MotorsAnswered, Robot, SteeredRobot
 from ..errors import LinkError, NotConfirmedError, PioneerError, UsageError
 from ..msg import GripperState, MotorState, WheelVelocities
 from . import commands
 from .notices import Watch
-from .parameters import DriverParameters
+from .parameters import BY_HAND, DriverParameters
 from .senders import Senders
 
 QUEUE = 10
@@ -28,11 +29,13 @@ CONFIRM_TIMEOUT = 2.0
 """The time (s) that the robot has to confirm that its motors or its sonar are on or off."""
 ANSWER_WITHIN = 3
 """How many states after a command to wait until a state shows its effect. Then the command is sent again."""
-NUMBERS = {
-    "cmd_vel": ("linear.x", "linear.y", "linear.z", "angular.x", "angular.y", "angular.z"),
-    "cmd_wheels": ("left", "right"),
-}
+TWIST = ("linear.x", "linear.y", "linear.z", "angular.x", "angular.y", "angular.z")
+NUMBERS = {"cmd_vel": TWIST, BY_HAND: TWIST, "cmd_wheels": ("left", "right")}
 """The numbers in a velocity message, by topic."""
+GRIPPER_INPUTS = {"gripper_control": "cmd_vel", "teleop/gripper_control": BY_HAND}
+"""The velocity input that commands by each topic of the gripper: a program, or a person."""
+STOP_ALL = "stop_all"
+"""The topic that locks the robot, and the name of the lock."""
 _get_numbers = {topic: attrgetter(*names) for topic, names in NUMBERS.items()}
 
 
@@ -41,15 +44,17 @@ class Requests:
 
     Args:
         parameters: the parameters of the driver.
-        robot: the robot that gets the commands.
+        robot: the robot, for what is no command to move.
+        steered: the same robot, for the commands to move: they go through its helm.
         watch: checks velocity commands and makes warnings.
         warn: a function that logs warnings: texts by kind.
     """
 
-    def __init__(self, parameters: DriverParameters, robot: Robot, watch: Watch,
+    def __init__(self, parameters: DriverParameters, robot: Robot, steered: SteeredRobot, watch: Watch,
                  warn: Callable[[Mapping[str, str]], None]) -> None:
         self._accept_replay = parameters.accept_replay
         self._robot = robot
+        self._steered = steered
         self._watch = watch
         self._warn = warn
         self._senders = Senders(watch)
@@ -71,7 +76,7 @@ class Requests:
         elif switch_on:
             rospy.logwarn("enable_motors_on_start is set: motors are switched on now, with nobody asking")
             try:
-                self._robot.request_motors(True, CONFIRM_TIMEOUT)
+                self._steered.request_motors(True, CONFIRM_TIMEOUT)
             except PioneerError as error:
                 self._warn({"enable_motors_on_start": str(error)})
 
@@ -82,44 +87,57 @@ class Requests:
         elif answer.changed:
             rospy.loginfo("motors are %s", "on" if answer.on else "off")
 
-    # The methods that obey commands. Each raises PioneerError with the reason when it does not obey. The methods of
-    # services return the text of the answer.
+    # The methods that obey messages: the name of the topic, the message, and the node that sent it. Each raises
+    # PioneerError with the reason when it does not obey.
 
-    def drive(self, message: Twist) -> None:
-        """Obey cmd_vel: forward speed (m/s) and turn rate (rad/s). Raises PioneerError when the command is refused."""
-        check_finite("cmd_vel", message)
-        self._robot.set_velocity(message.linear.x, message.angular.z)
-        self._show(message.linear.x, message.angular.z)
+    def drive(self, topic: str, message: Twist, sender: str) -> None:
+        """Obey cmd_vel or teleop/cmd_vel: forward speed (m/s) and turn rate (rad/s)."""
+        check_finite(topic, message)
+        self._steered.set_velocity(topic, message.linear.x, message.angular.z, sender)
+        self._show(topic, message.linear.x, message.angular.z)
 
-    def drive_wheels(self, message: WheelVelocities) -> None:
-        """Obey cmd_wheels: the speeds of both wheels (m/s). Raises PioneerError when the command is refused."""
-        check_finite("cmd_wheels", message)
-        self._robot.set_wheel_velocities(message.left, message.right)
-        self._show(message.left, message.right)
+    def drive_wheels(self, topic: str, message: WheelVelocities, sender: str) -> None:
+        """Obey cmd_wheels: the speeds of both wheels (m/s)."""
+        check_finite(topic, message)
+        self._steered.set_wheel_velocities(topic, message.left, message.right, sender)
+        self._show(topic, message.left, message.right)
 
-    def _show(self, *rates: float) -> None:
+    def _show(self, topic: str, *rates: float) -> None:
         """Give the warnings about a velocity command. ``rates`` are its numbers: all 0 is a stop."""
-        self._warn(self._watch.velocity(monotonic(), any(rates), self._robot.state))
+        state = self._robot.state
+        self._warn(self._watch.motors_off(any(rates), state) if topic == BY_HAND
+                   else self._watch.velocity(monotonic(), any(rates), state))
 
-    def move_gripper(self, message: GripperState) -> None:
-        """Obey gripper_control: commands to paddles and lift. Raises PioneerError when the message is refused."""
-        for order in commands.gripper_orders(message):
-            self._robot.gripper(*order)
+    def move_gripper(self, topic: str, message: GripperState, sender: str) -> None:
+        """Obey gripper_control or teleop/gripper_control: commands to paddles and lift."""
+        orders = commands.gripper_orders(message)
+        self._steered.move_gripper(GRIPPER_INPUTS[topic], orders, commands.gripper_stops(message), sender)
 
-    def follow_motor_state(self, message: MotorState) -> None:
-        """Obey cmd_motor_state: request motors on or off. Raises PioneerError when the message is refused.
+    def lock(self, topic: str, message: Bool, sender: str) -> None:
+        """Obey stop_all: true stops the robot and locks it, false takes the lock away."""
+        was_set = STOP_ALL in self._steered.state().locks
+        (self._steered.lock if message.data else self._steered.unlock)(STOP_ALL)
+        if message.data and not was_set:
+            rospy.logwarn("%s is set by %s: the robot stands until it is taken away", topic, sender)
+        elif was_set and not message.data:
+            rospy.loginfo("%s is taken away by %s", topic, sender)
+
+    def follow_motor_state(self, topic: str, message: MotorState, sender: str) -> None:
+        """Obey cmd_motor_state: request motors on or off.
 
         This method does not wait for the answer of the robot, because the next message may request the opposite. The
         answer comes to `motors_answered`.
         """
-        self._robot.request_motors(commands.motors_wanted(message), CONFIRM_TIMEOUT)
+        self._steered.request_motors(commands.motors_wanted(message), CONFIRM_TIMEOUT)
+
+    # The methods of services return the text of the answer. Each raises PioneerError with the reason when it fails.
 
     def switch_motors(self, on: bool) -> str:
         """Switch the motors on or off, and wait until the robot confirms it. Return the text of the answer.
 
         Raises PioneerError when the robot does not confirm it.
         """
-        self._robot.request_motors(on, CONFIRM_TIMEOUT)()
+        self._steered.request_motors(on, CONFIRM_TIMEOUT)()
         return "motors are %s" % ("on" if on else "off")
 
     def switch_sonar(self, on: bool) -> str:
@@ -152,19 +170,30 @@ class Requests:
         self._robot.reset_odometry()
         return "the next pose is 0, 0, 0"
 
+    def release(self) -> str:
+        """Give the helm back to programs: what a person drove stops. Return the text of the answer."""
+        if not self._steered.release():
+            return "nobody has the helm; programs may command"
+        rospy.loginfo("the helm is released: programs may command again")
+        return "programs may command again"
+
     # The callbacks of the subscribers and services.
 
     def _hear(self, topic: "SubscribedTopic", message: Any) -> None:
-        """Obey a message on a topic, or log why not. Messages from a bag player (`rosbag play`) are refused."""
+        """Obey a message on a topic, or log why not.
+
+        Messages from a bag player (`rosbag play`) are refused, but a lock counts from wherever it comes.
+        """
         connection = getattr(message, "_connection_header", None) or {}
-        known = self._senders.known.get((topic.name, connection.get("callerid", "")))
-        if known is not connection and not self._accept_replay:
+        sender = connection.get("callerid", "")
+        known = self._senders.known.get((topic.name, sender))
+        if known is not connection and not self._accept_replay and not (topic.name == STOP_ALL and message.data):
             why_not = self._senders.why_not(message, topic.name, topic.stops)
             if why_not:
                 self._warn(why_not)
                 return
         try:
-            topic.obey(self, message)
+            topic.obey(self, topic.name, message, sender)
         except PioneerError as error:
             self._warn({topic.name: str(error)})
 
@@ -208,7 +237,7 @@ class SubscribedTopic(NamedTuple):
     name: str
     message: type
     queue: int
-    obey: Callable[[Requests, Any], None]
+    obey: Callable[[Requests, str, Any, str], None]
     stops: Callable[[Any], bool]
     """Return whether a message just stops the robot. Only such a message is obeyed when its sender may be a bag player.
     """
@@ -225,14 +254,20 @@ class OfferedService(NamedTuple):
     obey: Callable[[Requests, Any], str]
 
 
+def _stands(twist: Twist) -> bool:
+    return bool(twist.linear.x == twist.angular.z == 0)
+
+
 TOPICS = (
-    SubscribedTopic("cmd_vel", Twist, VELOCITY_QUEUE, Requests.drive,
-                    lambda twist: twist.linear.x == twist.angular.z == 0),
+    SubscribedTopic("cmd_vel", Twist, VELOCITY_QUEUE, Requests.drive, _stands),
+    SubscribedTopic(BY_HAND, Twist, VELOCITY_QUEUE, Requests.drive, _stands),
     SubscribedTopic("cmd_wheels", WheelVelocities, VELOCITY_QUEUE, Requests.drive_wheels,
                     lambda wheels: wheels.left == wheels.right == 0),
     SubscribedTopic("cmd_motor_state", MotorState, QUEUE, Requests.follow_motor_state,
                     lambda motors: motors.state == 0),
     SubscribedTopic("gripper_control", GripperState, QUEUE, Requests.move_gripper, commands.gripper_stops),
+    SubscribedTopic("teleop/gripper_control", GripperState, QUEUE, Requests.move_gripper, commands.gripper_stops),
+    SubscribedTopic(STOP_ALL, Bool, QUEUE, Requests.lock, lambda lock: lock.data),
 )
 
 SERVICES = (
@@ -241,4 +276,5 @@ SERVICES = (
     OfferedService("disable_motors", Empty, lambda self, _: self.switch_motors(False)),
     OfferedService("set_sonar", SetBool, lambda self, request: self.switch_sonar(request.data)),
     OfferedService("reset_odometry", Trigger, lambda self, _: self.reset_odometry()),
+    OfferedService("teleop/release", Trigger, lambda self, _: self.release()),
 )

@@ -16,7 +16,7 @@ from pioneer_control.bags.command_line import parser_of
 from pioneer_control.bags.replaying import redrive
 from pioneer_control.bags.reader import BagError
 from pioneer_control.bags.recording.description import Description, text_of
-from pioneer_control.bags.replaying.redrive_schedule import LEGAL_VALID, VALID, VELOCITIES
+from pioneer_control.bags.replaying.redrive_schedule import BY_HAND, LEGAL_VALID, VALID, VELOCITIES
 from pioneer_control.bags.replaying.rerun import SERVICES
 from pioneer_control.bags.recorded_run import Track
 from pioneer_control.driver import requests
@@ -191,6 +191,7 @@ class TestWhatIsKnownOfTheDriver:
 
     def test_what_it_is_told(self):
         assert redrive.TOLD == {topic.name: topic.message for topic in requests.TOPICS}
+        assert set(BY_HAND) == {name for name in redrive.TOLD if name.startswith("teleop/")}
         assert set(VELOCITIES) < set(redrive.TOLD)
 
     def test_what_it_is_asked(self):

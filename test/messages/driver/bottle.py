@@ -155,9 +155,11 @@ class Bottle:
         for name, module in list(sys.modules.items()):
             if name.startswith("pioneer_control.") and hasattr(module, "monotonic"):
                 monkeypatch.setattr(module, "monotonic", lambda: self.now)
-        quiet = types.SimpleNamespace(**dict.fromkeys(("start", "stop", "state", "event", "identity"), lambda *_: None))
-        # Diagnostics have a thread of their own, in real time.
+        silent = "start", "stop", "state", "event", "identity", "wake", "close"
+        quiet = types.SimpleNamespace(**dict.fromkeys(silent, lambda *_: None))
+        # Each of these has a thread of its own, in real time.
         monkeypatch.setattr(node_module, "Diagnostics", lambda *_, **__: quiet, raising=False)
+        monkeypatch.setattr(node_module, "HelmPublisher", lambda: quiet)
         monkeypatch.setattr("pioneer_control.client.threads.open_transport", self.open)
         # This is a wait in real time; open() makes up for it.
         monkeypatch.setattr("pioneer_control.client.threads.BACK_OFF", 0.0)

@@ -23,6 +23,7 @@ from pioneer_control.p2os import FrameDecoder, decode_command
 PATIENCE = 30.0                                 # s, real ones; nothing takes that long
 IDLE = 2.5                                      # s before anything is commanded
 DRIVES = ((5.0, 0.0), (0.0, 9.0))               # m/s, rad/s: more than is allowed, straight on and then in place
+BY_HAND = 0.04                                  # m/s, that a person drives at the end: so slow that no effect sees it
 DRIVE, REST = 2.0, 4.0                          # s of each drive, and of the pause behind it
 GOODBYE = ["ENABLE", "CLOSE"]                   # what a driver still tells the robot when ROS has ended
 WIDE_MODEL = str(pathlib.Path(__file__).resolve().parents[2] / "data" / "wide-model.yaml")
@@ -30,12 +31,13 @@ WIDE_MODEL = str(pathlib.Path(__file__).resolve().parents[2] / "data" / "wide-mo
 
 class Run(Bottle):
     """The run in which the effects are measured. The robot stands, and the motors are switched on. Then, twice, it
-    drives, and after that gets no commands.
+    drives, and after that gets no commands. At the end a person drives it, and falls silent.
     """
 
     def __init__(self, live: Optional[Mapping[str, Any]] = None, **options):
         self.live = live
         self.silent_from = 0.0      # s since the robot was ready, as all times here
+        self.by_hand_until = 0.0
         self.bauds = None           # of the port, of the robot
         self.motors_unasked = None
         self.settings = None
@@ -56,6 +58,11 @@ class Run(Bottle):
                 self.send("cmd_vel", Twist(Vector3(linear, 0, 0), Vector3(0, 0, angular)))
                 yield 0.1
             yield REST
+        for _ in range(5):
+            self.by_hand_until = self.now - self.ready_at
+            self.send("teleop/cmd_vel", Twist(Vector3(BY_HAND, 0, 0), Vector3()))
+            yield 0.1
+        yield 1.0
         hardware = self.firmware.hardware       # it forgets all that at CLOSE
         wheels, bumpers = hardware.wheels, hardware.bumpers
         self.settings = dict(
@@ -82,7 +89,14 @@ class Run(Bottle):
 
     def reaction(self) -> float:
         """Return the time (s) from the last velocity to the stop."""
-        return round(next(time for time, _ in self.commands("STOP") if time > self.silent_from) - self.silent_from, 1)
+        return self._until_stop(self.silent_from)
+
+    def reaction_by_hand(self) -> float:
+        """Return the time (s) from the last velocity of the person to the stop."""
+        return self._until_stop(self.by_hand_until)
+
+    def _until_stop(self, begin: float) -> float:
+        return round(next(time for time, _ in self.commands("STOP") if time > begin) - begin, 1)
 
     def rise(self, axis: int) -> float:
         """Return how fast the robot speeds up, in m/s^2 (axis 0) or rad/s^2 (axis 1)."""
@@ -160,6 +174,7 @@ EFFECTS = {
     "max_xspeed": Effect(0.3, lambda run: run.greatest("VEL"), 500, 300),
     "max_yawspeed": Effect(0.5, lambda run: run.greatest("RVEL"), 99, 28),
     "cmd_vel_timeout": Effect(1.2, Run.reaction, 0.6, 1.2),
+    "teleop_timeout": Effect(0.3, Run.reaction_by_hand, 0.5, 0.3),
     "max_xaccel": Effect(0.5, lambda run: run.rise(0), 0.3, 0.5),
     "max_xdecel": Effect(-0.5, lambda run: run.fall(0), 0.3, 0.5),
     "max_yawaccel": Effect(1.0, lambda run: run.rise(1), 1.7, 1.0),

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from pioneer_control.bags.replaying.redrive_schedule import REFRESH, VALID, Order, schedule, slowed
+from pioneer_control.bags.replaying.redrive_schedule import REFRESH, VALID, HelmThen, Order, obeyed, schedule, slowed
 
 
 def twist(linear, angular=0.0):
@@ -124,3 +124,35 @@ class TestDeadman:
         told = [Order(0.0, "cmd_vel", twist(0.2)), Order(0.3, "cmd_wheels", SimpleNamespace(left=0.0, right=0.0))]
         assert [order.topic for order in schedule(told) if order.time >= 0.3 - 1e-9][0] == "cmd_wheels"
         assert not [order for order in schedule(told) if order.topic == "cmd_vel" and order.time > 0.3]
+
+
+class TestObeyed:
+    """What a program was told is left out while a person had the helm, and what the person was told comes instead."""
+
+    stop = twist(0.0)
+    helm = [HelmThen(0.0, False, False), HelmThen(2.0, True, False), HelmThen(4.0, False, False),
+            HelmThen(6.0, False, True), HelmThen(8.0, False, False)]
+
+    def told(self, topic):
+        return [Order(float(time), topic, time) for time in range(10)]
+
+    def passed(self, topic, helm=helm):
+        return [order.time for order in obeyed(self.told(topic), helm, self.stop)]
+
+    @pytest.mark.parametrize("topic", ["cmd_vel", "cmd_wheels", "gripper_control"])
+    def test_programs(self, topic):
+        assert self.passed(topic) == [0, 1, 4, 5, 8, 9]
+
+    def test_a_person(self):
+        assert self.passed("teleop/cmd_vel") == [0, 1, 2, 3, 4, 5, 8, 9]
+        assert {order.topic for order in obeyed(self.told("teleop/cmd_vel"), self.helm, self.stop)} == {"cmd_vel"}
+
+    def test_motors_are_switched_by_anybody(self):
+        assert self.passed("cmd_motor_state") == list(range(10))
+
+    def test_a_lock_stops_and_its_end_moves_nothing(self):
+        locks = [Order(time, "stop_all", SimpleNamespace(data=on)) for time, on in ((1.0, True), (2.0, False))]
+        assert obeyed(locks, self.helm, self.stop) == [Order(1.0, "cmd_vel", self.stop)]
+
+    def test_all_counts_in_a_bag_that_does_not_tell_who_had_the_helm(self):
+        assert self.passed("cmd_vel", []) == list(range(10))

@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from pioneer_control.client import (
-    BaudFound, CommandTimedOut, LineSpeed, LinkCounts, LinkDown, MotionCleared, Ready, Unmoved)
+    BaudFound, CommandTimedOut, HelmState, LineSpeed, LinkCounts, LinkDown, MotionCleared, Ready, Unmoved)
 from pioneer_control.client.fault_flags import FAULTS, Level
 from pioneer_control.client.health import JUDGED, NO_HARDWARE, TASKS, WINDOW, Facts, Health, LinkWindow, Recent, find
 from pioneer_control.errors import LinkLostError
@@ -485,3 +485,22 @@ def test_the_aggregators_file_fits_the_driver(robot):
 ])
 def test_a_name_too_few_too_many_or_misspelt_does_not(old, new):
     assert old in AGGREGATOR and not fits(AGGREGATOR.replace(old, new), "pioneer")
+
+
+@pytest.mark.parametrize("helm, level, text", [
+    (HelmState(), OK, "nobody commands"),
+    (HelmState("cmd_vel", "/wander"), OK, "cmd_vel commands (/wander)"),
+    (HelmState("teleop/cmd_vel", "/joy", "teleop/cmd_vel"), OK, "a person commands on teleop/cmd_vel (/joy)"),
+    (HelmState("", "/joy", "teleop/cmd_vel"), OK, "a person has the helm; release it"),
+    (HelmState("", "/joy", "teleop/cmd_vel", ("stop_all",)), WARN, "the lock is set; take it away"),
+    (HelmState(locks=("another",)), WARN, "another is set"),
+])
+def test_who_commands_is_said(helm, level, text):
+    told = {"stop_all": "the lock is set; take it away", "teleop/cmd_vel": "a person has the helm; release it"}
+    health = Health("/dev/ttyUSB0", 9600, ENABLE, told)
+    health.event(Ready(identity()))
+    health.state(State())
+    finding = health.report(0.0, COUNTS, helm)["Helm"]
+    assert (finding.level, finding.message) == (level, text)
+    assert finding.values["Locks"] == (", ".join(helm.locks) or "none")
+    assert finding.values["Programs"] == ("locked out" if helm.holder else "may command")

@@ -18,6 +18,7 @@ LEGAL = [
     ("pulse", 1, 1.0), ("pulse", -1, -1.0), ("pulse", 1.5, 1.5),
     ("use_sonar", False, False), ("link_check", False, False),
     ("max_xspeed", 1, 1.0), ("max_yawspeed", 0.5, 0.5), ("cmd_vel_timeout", 0.1, 0.1), ("cmd_vel_timeout", 2, 2.0),
+    ("teleop_timeout", 0.1, 0.1), ("teleop_timeout", 2, 2.0),
     ("accept_replay", True, True), ("odom_frame_id", "o", "o"), ("base_link_frame_id", "b", "b"),
     ("frame_prefix", "two/", "two/"), ("publish_tf", False, False),
     ("host_baud", 38400, 38400), ("host_baud", 0, 0), ("beam_polarity", 0, 0), ("enable_motors_on_start", True, True),
@@ -40,6 +41,7 @@ ILLEGAL = [
     ("max_xspeed", 0, "0.01 to 3"), ("max_xspeed", -0.5, "0.01 to 3"), ("max_xspeed", math.inf, "0.01 to 3"),
     ("max_yawspeed", 0.0, "rad/s"), ("max_yawspeed", 0.015, "0.02 to 6.3"),
     ("cmd_vel_timeout", 0, "0.1 to 2"), ("cmd_vel_timeout", -1, "0.1 to 2"), ("cmd_vel_timeout", 60, "0.1 to 2"),
+    ("teleop_timeout", 0.05, "0.1 to 2"), ("teleop_timeout", "slow", "0.1 to 2"),
     ("accept_replay", "no", "true or false"),
     ("odom_frame_id", "", "not empty"), ("odom_frame_id", "/odom", "not beginning with '/'"),
     ("base_link_frame_id", "/base_link", "not beginning"), ("frame_prefix", "/two", "not beginning"),
@@ -132,3 +134,11 @@ def test_frozen():
     """Nobody changes a parameter behind the driver's back."""
     with pytest.raises(dataclasses.FrozenInstanceError):
         check_parameters({})[0].pulse = 0.0
+
+
+@pytest.mark.parametrize("programs, person, good_for", [(0.6, 0.5, 0.5), (0.3, 0.5, 0.3), (0.6, 2.0, 0.6)])
+def test_a_persons_velocity_is_never_good_for_longer_than_one_of_a_program(programs, person, good_for):
+    inputs = check_parameters({"cmd_vel_timeout": programs, "teleop_timeout": person})[0].inputs
+    assert {name: (each.timeout, each.keeps_helm) for name, each in inputs.items()} == {
+        "cmd_vel": (programs, False), "cmd_wheels": (programs, False), "teleop/cmd_vel": (good_for, True)}
+    assert inputs["teleop/cmd_vel"].priority > inputs["cmd_vel"].priority == inputs["cmd_wheels"].priority

@@ -8,7 +8,7 @@ import re
 from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from geometry_msgs.msg import Twist
-from std_msgs.msg import String
+from std_msgs.msg import Bool, String
 
 from ...errors import UsageError
 from ...msg import GripperState, MotorState, WheelVelocities
@@ -17,9 +17,11 @@ from ..reader import BagConnection, plural, read_bag
 from ..records import BagError
 from ..recording.description import description_of
 
-TOLD = {"cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState,
-        "gripper_control": GripperState}
-"""The topics on which a robot receives commands that can be sent again: message class by the topic's last name."""
+TOLD = {"cmd_vel": Twist, "teleop/cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState,
+        "gripper_control": GripperState, "teleop/gripper_control": GripperState, "stop_all": Bool}
+"""The topics on which a robot receives commands that can be sent again: message class by the topic's name."""
+BY_HAND = "teleop"
+"""The namespace within that of a robot for the commands of a person."""
 
 RECORDED, RERUN = ASIDE = "recorded", "rerun"
 """Names that are inserted into the name of a command topic, as in ``/pioneer/recorded/cmd_vel``. Under the first name
@@ -31,6 +33,9 @@ COMMANDS = {
     "cmd_wheels": "drives each side",
     "cmd_motor_state": "switches the motors on",
     "gripper_control": "moves the gripper",
+    "teleop/cmd_vel": "drives, and takes over from programs",
+    "teleop/gripper_control": "moves the gripper, and takes over from programs",
+    "stop_all": "locks the robot, and takes the lock away",
     "stop_button": "presses the STOP button of a simulated robot, and lets it go",
     "ptz_control": "moves a camera",
     "joy": "a joystick: nodes that listen to it drive",
@@ -69,12 +74,19 @@ def absolute(topic: str) -> str:
     return topic if topic.startswith("/") else "/" + topic
 
 
+def robot_and_name(topic: str) -> Tuple[str, str]:
+    """Return the namespace of a robot and the name of its topic: ``"/pioneer", "teleop/cmd_vel"``."""
+    namespace, _, name = absolute(topic).rpartition("/")
+    robot, _, last = namespace.rpartition("/")
+    return (robot, "%s/%s" % (last, name)) if last == BY_HAND else (namespace, name)
+
+
 def aside(topic: str, folder: str = RECORDED) -> str:
     """Return the name of a topic for commands that no robot is to receive.
 
     ``/pioneer/cmd_vel`` becomes ``/pioneer/recorded/cmd_vel``. `folder` is the name that is inserted.
     """
-    namespace, _, name = absolute(topic).rpartition("/")
+    namespace, name = robot_and_name(topic)
     return "%s/%s/%s" % (namespace, folder, name)
 
 
@@ -138,7 +150,7 @@ def recorded_topics(files: Sequence[str]) -> Dict[str, str]:
 
 
 class RecordedCommands(NamedTuple):
-    """What a bag contains about one robot. The keys of the dictionaries are the last names of topics."""
+    """What a bag contains about one robot. The keys of the dictionaries are the names of topics: see TOLD."""
 
     robot: str
     """The namespace of the robot, without slashes at its ends."""
@@ -185,13 +197,13 @@ def read_commands(files: Sequence[str], robot: str, commands: Mapping[str, type]
     wanted = {**commands, **(others or {}), "recording": String}
 
     def is_wanted(connection: BagConnection) -> bool:
-        kind = wanted.get(connection.topic.rpartition("/")[2])
+        kind = wanted.get(robot_and_name(connection.topic)[1])
         return kind is not None and connection.md5sum == kind._md5sum
 
     reader = read_bag(files, is_wanted)
     robots: Dict[str, RecordedCommands] = {}
     for connection, message, nanoseconds in reader.decoded():
-        namespace, _, name = absolute(connection.topic).rpartition("/")
+        namespace, name = robot_and_name(connection.topic)
         found = robots.setdefault(namespace.strip("/"), RecordedCommands(namespace.strip("/"), {}, {}, 0.0))
         found.messages.setdefault(name, []).append((nanoseconds * 1e-9, message))
         found.senders.setdefault(name, connection.caller)

@@ -17,7 +17,7 @@ from ...errors import NoAnswerError, PioneerError, UsageError
 from ...ros_node import NO_ANSWER, init_node, peer
 from ..command_line import MASTER_PATIENCE, check_alone, no_master, say
 from ..writer import BagWriter, serialized
-from .commands import ASIDE, TOLD, absolute
+from .commands import ASIDE, TOLD, robot_and_name
 
 PATIENCE = 30.0
 """How long to wait for programs to be ready (s). On the slowest machine they need a few seconds."""
@@ -158,7 +158,7 @@ def possible_robots() -> List[str]:
     """
     publishers, subscribers, _ = graph()
     told = {topic: names for topic, names in subscribers.items()
-            if topic.split("/")[-1] in TOLD and absolute(topic).split("/")[-2] not in ASIDE}
+            if robot_and_name(topic)[1] in TOLD and robot_and_name(topic)[0].split("/")[-1] not in ASIDE}
     reported = {topic: names for topic, names in publishers.items() if topic.split("/")[-1] == "motor_state"}
     found = {node: topic for topic, names in sorted([*reported.items(), *told.items()]) for node in names}
     return ["%s (%s)" % each for each in sorted(found.items())]

@@ -22,7 +22,7 @@ from std_srvs.srv import SetBool
 
 from ...errors import PioneerError, UsageError
 from ...message_values import heading_of
-from ...msg import MotorState, RobotInfo
+from ...msg import Helm, MotorState, RobotInfo
 from ..command_line import bag_files, free_name, number, parser_of, say, stem
 from ..compare import deviation
 from ..draw import draw_runs
@@ -32,7 +32,7 @@ from ..recording.topics import NAME, load_list, topics_of
 from ..run import read_run
 from .commands import TOLD, read_commands
 from .programs import INTERVAL, Interrupted, TopicRecorder, nodes, restore_parameter, run_as_node, running, wait_until
-from .redrive_schedule import LEGAL_VALID, VALID, Order, schedule
+from .redrive_schedule import LEGAL_VALID, VALID, HelmThen, Order, obeyed, schedule
 
 NEEDED = {"pose": Odometry, "motor_state": MotorState, "robot_info": RobotInfo, "ground_truth": Odometry}
 """Topics of the simulated robot, with their message classes. The re-drive begins after a message on each of them."""
@@ -88,10 +88,14 @@ class RecordedDrive:
     """
 
     def __init__(self, files: Sequence[str], robot: str = "") -> None:
-        found = read_commands(files, robot, TOLD, {"robot_info": RobotInfo, "world": String, "ground_truth": Odometry})
+        found = read_commands(files, robot, TOLD, {"robot_info": RobotInfo, "world": String, "ground_truth": Odometry,
+                                                   "helm": Helm})
         self.robot = found.robot
-        self.told = sorted((Order(when, name, message) for name in TOLD
-                            for when, message in found.messages.get(name, [])), key=lambda order: order.time)
+        helm = [HelmThen(when, message.programs_locked_out, bool(message.locks))
+                for when, message in found.messages.get("helm", [])]
+        self.told = sorted(obeyed((Order(when, name, message) for name in TOLD
+                                   for when, message in found.messages.get(name, [])), helm, Twist()),
+                           key=lambda order: order.time)
         simulator, driver = (found.parameters_of("%s/%s" % (found.robot, node)) for node in ("simulator", "p2os"))
         info, world, truths = found.newest("robot_info"), found.newest("world"), found.messages.get("ground_truth")
         self.world = str(simulator.get("world") or world and world.data or "")

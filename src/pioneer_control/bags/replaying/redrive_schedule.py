@@ -8,9 +8,13 @@ The driver of the simulated robot has a time-out too. So the schedule repeats ea
 
 import copy
 import math
-from typing import Any, Iterable, List, NamedTuple
+from typing import Any, Iterable, List, NamedTuple, Sequence
 
 VELOCITIES = "cmd_vel", "cmd_wheels"
+BY_HAND = {"teleop/cmd_vel": "cmd_vel", "teleop/gripper_control": "gripper_control"}
+"""The topics of a person, and the topics of a program on which a re-drive sends their commands."""
+PROGRAMS = (*VELOCITIES, "gripper_control")
+"""The topics from which programs are locked out while a person has the helm."""
 
 VALID = 0.6
 """The driver's default for its parameter cmd_vel_timeout (s)."""
@@ -18,6 +22,15 @@ LEGAL_VALID = 0.1, 2.0
 """The least and the greatest legal value of the driver's parameter cmd_vel_timeout (s)."""
 REFRESH = 0.2
 """The time between two repetitions of a velocity (s)."""
+
+
+class HelmThen(NamedTuple):
+    """Who might command from a moment on, as the recorded driver said."""
+
+    time: float
+    """The time in the bag (s)."""
+    programs_locked_out: bool
+    locked: bool
 
 
 class Order(NamedTuple):
@@ -28,6 +41,28 @@ class Order(NamedTuple):
     topic: str
     """The last name of the topic."""
     message: Any
+
+
+def obeyed(told: Iterable[Order], helm: Sequence[HelmThen], stop: Any) -> List[Order]:
+    """Return the commands that the recorded driver let through, as if one program had given them all.
+
+    Commands of a person come on the topic of a program. Commands of programs that were locked out, and all under a
+    lock but those for motors, are left out. A lock is a stop.
+
+    Args:
+        told: the recorded commands, in any order.
+        helm: who might command, in order of time. Empty if the bag does not tell: then all commands count.
+        stop: the message on cmd_vel that stops a robot.
+    """
+    passed = []
+    for order in told:
+        then = ([each for each in helm if each.time <= order.time] or [HelmThen(0.0, False, False)])[-1]
+        if order.topic == "stop_all":
+            passed += [Order(order.time, "cmd_vel", stop)] * bool(order.message.data)
+        elif order.topic == "cmd_motor_state" or not (
+                then.locked or then.programs_locked_out and order.topic in PROGRAMS):
+            passed.append(order._replace(topic=BY_HAND.get(order.topic, order.topic)))
+    return passed
 
 
 def schedule(told: Iterable[Order], factor: float = 1.0, valid: float = VALID) -> List[Order]:
