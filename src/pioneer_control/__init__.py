@@ -9,6 +9,7 @@ The folders:
 ``driver``     the ROS node around the client
 ``simulator``  a simulated robot: world, body, firmware (only its node uses ROS)
 ``tutorial``   the ``Pioneer`` class, which wanders and picks up cans
+``teleop``     drive a robot by hand, with the keys of a terminal or a gamepad
 ``bags``       record runs in bags, replay them and draw them
 =============  ==========================================================================
 

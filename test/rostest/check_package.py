@@ -30,7 +30,7 @@ FROZEN_MD5 = {
     "SonarArray": "2984921c09aef26ad253c7629937a5bb",
 }
 # What p2os has no message for.
-NEW_MESSAGES = {"RobotInfo", "WheelVelocities", "Bumpers", "Stall", "IO", "Wire", "Decision"}
+NEW_MESSAGES = {"RobotInfo", "WheelVelocities", "Bumpers", "Stall", "IO", "Wire", "Decision", "Helm"}
 
 
 class MessageCheck(unittest.TestCase):

@@ -35,18 +35,20 @@ ROOMS = {
     "simulator": {"message_values", "parameters", "ros_node", "pictures", "p2os", "robots"},
     # robots: the outline, where a driver does not tell it
     "tutorial": {"message_values", "ros_node", "robots", "msg"},
+    "teleop": {"message_values", "ros_node", "msg"},
     # robots: where the sonar of an old bag looks
     "bags": {"message_values", "parameters", "ros_node", "standard_messages", "whole_file", "pictures", "p2os",
              "robots", "msg"},
 }
 # Files that may use ROS, by the start of their path in the package.
-ROS_PLACES = ("ros_node.py", "standard_messages.py", "driver/", "tutorial/", "bags/", "simulator/node.py")
+ROS_PLACES = ("ros_node.py", "standard_messages.py", "driver/", "tutorial/", "bags/", "teleop/node.py",
+              "simulator/node.py")
 ROS_MODULES = {"rospy", "tf", "tf2_ros", "dynamic_reconfigure", "genpy", "rosbag", "rosgraph", "roslaunch", "roslib",
                "rospkg", "rostest", "rostopic", "nav_msgs", "geometry_msgs", "sensor_msgs", "std_msgs", "std_srvs",
                "tf2_msgs", "rosgraph_msgs", "diagnostic_msgs", "diagnostic_updater", "visualization_msgs"}
 # Heavy or special libraries, and the only places that may use them.
 LIBRARY_PLACES = {"serial": ("client/transport",), "matplotlib": ("bags/", "simulator/picture"),
-                  "PIL": ("simulator/world/ros_map",), "tqdm": ("bags/",)}
+                  "PIL": ("simulator/world/ros_map",), "tqdm": ("bags/",), "evdev": ("teleop/gamepad",)}
 
 # Modules that come with packages that package.xml names: genpy with message_runtime, rosgraph and rospkg with rospy.
 PART_OF_ANOTHER = {"genpy", "rosgraph", "rospkg"}
@@ -504,7 +506,7 @@ def test_package_xml_names_what_the_code_imports():
     manifest = ElementTree.parse(ROOT / "package.xml").getroot()
     named = {element.text for element in manifest if element.tag.endswith("depend")}
     keys = {"numpy": "python3-numpy", "serial": "python3-serial", "yaml": "python3-yaml", "PIL": "python3-pil",
-            "matplotlib": "python3-matplotlib", "tqdm": "python3-tqdm"}
+            "matplotlib": "python3-matplotlib", "tqdm": "python3-tqdm", "evdev": "python3-evdev"}
     keys.update({module: module for module in ROS_MODULES})
     used = {module.partition(".")[0] for path in package_files()
             for module, _ in imports(path.read_text(encoding="utf-8"), "pioneer_control.x")}
