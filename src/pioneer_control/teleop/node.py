@@ -127,7 +127,7 @@ class HandDrive:
             now, before = monotonic(), self.wish(monotonic())
             if self._gamepad in ready:
                 self._hear_gamepad(now)
-            if terminal in ready and not self._hear_terminal(os.read(terminal, 4096), now):     # type: ignore[arg-type]
+            if terminal is not None and terminal in ready and not self._hear_terminal(os.read(terminal, 4096), now):
                 terminal = None
             self.step(now, self.wish(now) != before)
 
