@@ -18,6 +18,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 from pioneer_control import p2os
 from pioneer_control.client.drive import MotorsRequest
 from pioneer_control.client.events import LinkDown, MotionCleared, Ready
+from pioneer_control.client.health import Health
 from pioneer_control.client.line import BITS_PER_BYTE, LONGEST_QUEUE, SetBaud
 from pioneer_control.client.odometry import Odometry
 from pioneer_control.client.robot import LinkCounts
@@ -25,7 +26,6 @@ from pioneer_control.client.session import Counts, Session
 from pioneer_control.client.settings import Settings
 from pioneer_control.client.state import RobotState
 from pioneer_control.client.threads import BACK_OFF
-from pioneer_control.driver.health import Health
 from pioneer_control.errors import LinkError, LinkLostError, PioneerError, PortError
 from pioneer_control.p2os.framing import SMALLEST_COUNT
 from pioneer_control.robots import find_model

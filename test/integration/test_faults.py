@@ -25,7 +25,7 @@ from faulty_link import COMMAND_TIMEOUT, REACTION, STEP, WATCHDOG, Diagnosis, Ri
 
 from pioneer_control import p2os
 from pioneer_control.client.events import BaudFound, CommandTimedOut, LinkDown, MotionCleared
-from pioneer_control.driver.fault_flags import Level
+from pioneer_control.client.fault_flags import Level
 
 DRIVE = Velocity(0.3, 0.2)
 # s after the end of any fault until the robot is ready again: a try at every line speed, and a pause before it

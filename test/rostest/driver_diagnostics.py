@@ -17,8 +17,8 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.join(HERE, "..", "integration")]
 
 from driver_lines import Driver
-from pioneer_control.driver.fault_flags import Level
-from pioneer_control.driver.health import TASKS
+from pioneer_control.client.fault_flags import Level
+from pioneer_control.client.health import TASKS
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.line import Server, fault_of
 from pioneer_control.simulator.firmware import Firmware

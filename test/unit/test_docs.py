@@ -10,12 +10,12 @@ from typing import List, Set
 import pytest
 import yaml
 
-from pioneer_control.client import drive, handshake, host_baud, phases, velocities
+from pioneer_control.client import alarms, drive, handshake, health, host_baud, phases, velocities
 from pioneer_control.client.identity import DEFAULT_WATCHDOG
 from pioneer_control.client.line import LONGEST_QUEUE
 from pioneer_control.client.threads import BACK_OFF
 from pioneer_control.client.tuning import ROWS
-from pioneer_control.driver import health, notices
+from pioneer_control.driver import notices
 from pioneer_control.driver.parameters import TUNING, DriverParameters, check_parameters
 from pioneer_control.p2os import knows
 from pioneer_control.parameters import AutoSwitch, Choice, Number, Numbers, Rate, Switch, Text, Whole
@@ -139,7 +139,7 @@ SENTENCES = [
     ("tries again %g s after each attempt", BACK_OFF),
     ("each reason every %d s at most", notices.PERIOD),
     ("a warning every %d s", notices.PERIOD),
-    ("else %g V (%g V)", (notices.LOW_BATTERY_12_V, 2 * notices.LOW_BATTERY_12_V)),
+    ("else %g V (%g V)", (alarms.LOW_BATTERY_12_V, 2 * alarms.LOW_BATTERY_12_V)),
     ("Listen for %g s", handshake.LISTEN),
     ("at the new speed within %g s", host_baud.ANSWER),
     ("within the last %d s", health.WINDOW),

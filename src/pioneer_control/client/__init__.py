@@ -37,6 +37,9 @@ Open ``robot.py`` first, then ``session.py`` and ``phases.py``. All files, from 
 ``session``        one connection, sans-I/O: bytes and time in, bytes and events out
 ``threads``        two threads that own the port and the clock, and call the listeners
 ``robot``          the class Robot, which a program uses
+``alarms``         the texts of alarms, and the battery levels that they need
+``fault_flags``    the table of what the fault flags of a robot mean in diagnostics
+``health``         the diagnostics of a robot, as in REP 107: levels and texts
 =================  ====================================================================================
 
 **How a connection works.** A Session always has one phase. An object of the phase has what exists only in this phase:

@@ -12,8 +12,6 @@
 ``senders.py``        finds out whether `rosbag play` sent a command, which is refused then
 ``reconfigure.py``    dynamic_reconfigure: parameters that change while the driver runs
 ``notices.py``        the texts of warnings, and how often the user gets them
-``health.py``         pure functions that make the diagnostics of a robot, as in REP 107
-``fault_flags.py``    the table of what the fault flags of a robot mean in diagnostics
-``diagnostics.py``    publishes the diagnostics
+``diagnostics.py``    publishes the diagnostics, which `client.health` makes
 ====================  ====================================================================================
 """

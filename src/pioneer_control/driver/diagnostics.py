@@ -1,6 +1,6 @@
 """Publishes the diagnostics of the robot on /diagnostics, once a second and when a level changes.
 
-It publishes only while the topic has a subscriber. `health` makes the texts and levels.
+It publishes only while the topic has a subscriber. `client.health` makes the texts and levels.
 
 The name of each status is ``NODE: TASK``, for example ``pioneer/p2os: Link``, so names of two robots differ. The
 hardware id is the name of the robot. A separate thread counts the seconds in real time, because ROS time can stand
@@ -17,8 +17,8 @@ import diagnostic_updater
 import rospy
 
 from ..client import Event, LinkCounts, RobotState
+from ..client.health import TASKS, Finding, Health
 from ..client.transport import tcp_address
-from .health import TASKS, Finding, Health
 
 PERIOD = 1.0
 """Seconds between two reports when no level changes."""

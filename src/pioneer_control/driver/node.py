@@ -3,8 +3,8 @@
 The names of topics and services are relative to the namespace of the node (`pioneer` in pioneer.launch).
 
 The interface is in tables: published topics in `publications`, subscribed topics and services in `requests`, parameters
-in `parameters`, diagnostics in `health`. docs/driver.md describes all of them, with units, and the behaviour after
-errors. Tests compare docs/driver.md with these tables.
+in `parameters`, diagnostics in `client.health`. docs/driver.md describes all of them, with units, and the behaviour
+after errors. Tests compare docs/driver.md with these tables.
 
 Safety: Commands from `rosbag play` are refused unless ``accept_replay`` is set. The driver switches motors on only on
 request. The parameter ``enable_motors_on_start`` is such a request, but only for the first connection, not after a
@@ -19,10 +19,11 @@ import rospy
 
 from ..client import (BaudFound, CommandTimedOut, LineSpeed, LinkDown, MotionCleared, MotorsAnswered, Ready, Robot,
                       StatesMissed, Tuned, Unmoved)
+from ..client.alarms import unmoved
 from ..errors import ParameterError, PioneerError, PortError
 from ..ros_node import init_node
 from .diagnostics import Diagnostics
-from .notices import Throttle, Watch, unmoved
+from .notices import Throttle, Watch
 from .parameters import TUNING, DriverParameters, check_parameters
 from .prompt import send_promptly
 from .publications import Publications

@@ -9,8 +9,8 @@ from typing import List, Tuple
 import pytest
 
 from pioneer_control import standard_messages
+from pioneer_control.client.health import TASKS
 from pioneer_control.driver import conversions, requests
-from pioneer_control.driver.health import TASKS
 from pioneer_control.driver.parameters import DriverParameters
 from pioneer_control.driver.publications import Publications
 

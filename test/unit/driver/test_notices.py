@@ -6,7 +6,8 @@ from typing import Optional
 
 import pytest
 
-from pioneer_control.driver.notices import PERIOD, Throttle, Watch, battery_levels
+from pioneer_control.client.alarms import battery_levels
+from pioneer_control.driver.notices import PERIOD, Throttle, Watch
 
 
 @dataclass

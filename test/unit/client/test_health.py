@@ -10,8 +10,8 @@ import yaml
 
 from pioneer_control.client import (
     BaudFound, CommandTimedOut, LineSpeed, LinkCounts, LinkDown, MotionCleared, Ready, Unmoved)
-from pioneer_control.driver.fault_flags import FAULTS, Level
-from pioneer_control.driver.health import JUDGED, NO_HARDWARE, TASKS, WINDOW, Facts, Health, LinkWindow, Recent, find
+from pioneer_control.client.fault_flags import FAULTS, Level
+from pioneer_control.client.health import JUDGED, NO_HARDWARE, TASKS, WINDOW, Facts, Health, LinkWindow, Recent, find
 from pioneer_control.errors import LinkLostError
 from pioneer_control.p2os import ChargeState, FaultFlags, Flags
 

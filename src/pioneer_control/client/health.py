@@ -1,4 +1,4 @@
-"""Makes the diagnostics of a robot as REP 107 says: levels and texts. `diagnostics` publishes them.
+"""Makes the diagnostics of a robot as REP 107 says: levels and texts. The driver publishes them, the page shows them.
 
 The functions are pure: time (monotonic, s) is an argument. There are always the same six tasks, so that a program can
 see when one is missing:
@@ -31,12 +31,13 @@ from collections import deque
 from operator import attrgetter
 from typing import Any, Callable, Deque, Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple
 
-from ..client import (BaudFound, CommandTimedOut, Event, LineSpeed, LinkCounts, LinkDown, MotionCleared, Ready,
-                      RobotIdentity, RobotState, Unmoved)
-from ..client.identity import DEFAULT_SIP_CYCLE
 from ..p2os import ChargeState, FaultFlags, Flags
+from .alarms import battery_levels, low_battery, stalled_wheels, stop_button_pressed, unmoved
+from .events import BaudFound, CommandTimedOut, Event, LineSpeed, LinkDown, MotionCleared, Ready, Unmoved
 from .fault_flags import FAULTS, Level
-from .notices import battery_levels, low_battery, stalled_wheels, stop_button_pressed, unmoved
+from .identity import DEFAULT_SIP_CYCLE, RobotIdentity
+from .robot import LinkCounts
+from .state import RobotState
 
 NOT_YET = "still looking for the robot"
 NO_HARDWARE = "none"
