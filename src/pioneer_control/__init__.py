@@ -11,6 +11,7 @@ The folders:
 ``tutorial``   the ``Pioneer`` class, which wanders and picks up cans
 ``teleop``     drive a robot by hand, with the keys of a terminal or a gamepad
 ``bags``       record runs in bags, replay them and draw them
+``web``        the page in a browser: see robots, and drive them by hand
 =============  ==========================================================================
 
 The files that the folders share: ``errors`` (every exception), ``parameters`` (how a node checks its parameters),

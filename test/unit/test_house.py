@@ -39,6 +39,8 @@ ROOMS = {
     # robots: where the sonar of an old bag looks
     "bags": {"message_values", "parameters", "ros_node", "standard_messages", "whole_file", "pictures", "p2os",
              "robots", "msg"},
+    # no simulator: the page shows it as it shows any robot, and starts it as a program
+    "web": {"p2os", "robots", "client"},
 }
 # Files that may use ROS, by the start of their path in the package.
 ROS_PLACES = ("ros_node.py", "standard_messages.py", "driver/", "tutorial/", "bags/", "teleop/node.py",
@@ -48,7 +50,8 @@ ROS_MODULES = {"rospy", "tf", "tf2_ros", "dynamic_reconfigure", "genpy", "rosbag
                "tf2_msgs", "rosgraph_msgs", "diagnostic_msgs", "diagnostic_updater", "visualization_msgs"}
 # Heavy or special libraries, and the only places that may use them.
 LIBRARY_PLACES = {"serial": ("client/transport",), "matplotlib": ("bags/", "simulator/picture"),
-                  "PIL": ("simulator/world/ros_map",), "tqdm": ("bags/",), "evdev": ("teleop/gamepad",)}
+                  "PIL": ("simulator/world/ros_map",), "tqdm": ("bags/",), "evdev": ("teleop/gamepad",),
+                  "tornado": ("web/server.py",)}
 
 # Modules that come with packages that package.xml names: genpy with message_runtime, rosgraph and rospkg with rospy.
 PART_OF_ANOTHER = {"genpy", "rosgraph", "rospkg"}
@@ -146,6 +149,8 @@ def test_imports_point_one_way():
     ("simulator/line/server.py", "import rospy"),
     ("tutorial/pioneer.py", "from ..driver import node"),
     ("errors.py", "from .p2os import Frame"),
+    ("web/owner.py", "from ..simulator import simulate"),
+    ("web/fleet.py", "import tornado.web"),
 ])
 def test_a_trespass_is_seen(path, text):
     assert len(trespasses(path, text)) == 1
@@ -451,7 +456,7 @@ def test_importing_the_package_loads_nearly_nothing():
     assert not loaded & {"rospy", "serial", "numpy", "yaml", "matplotlib"}
 
 
-@pytest.mark.parametrize("room", ["p2os", "robots", "client", "simulator"])
+@pytest.mark.parametrize("room", ["p2os", "robots", "client", "simulator", "web"])
 def test_rooms_without_ros_load_none(room):
     assert not loaded_by("pioneer_control." + room) & ROS_MODULES
 
@@ -506,7 +511,8 @@ def test_package_xml_names_what_the_code_imports():
     manifest = ElementTree.parse(ROOT / "package.xml").getroot()
     named = {element.text for element in manifest if element.tag.endswith("depend")}
     keys = {"numpy": "python3-numpy", "serial": "python3-serial", "yaml": "python3-yaml", "PIL": "python3-pil",
-            "matplotlib": "python3-matplotlib", "tqdm": "python3-tqdm", "evdev": "python3-evdev"}
+            "matplotlib": "python3-matplotlib", "tqdm": "python3-tqdm", "evdev": "python3-evdev",
+            "tornado": "python3-tornado"}
     keys.update({module: module for module in ROS_MODULES})
     used = {module.partition(".")[0] for path in package_files()
             for module, _ in imports(path.read_text(encoding="utf-8"), "pioneer_control.x")}

@@ -289,7 +289,7 @@ class Robot:
     def set_sonar(self, on: bool) -> None:
         """Switch the sonar on or off, now and after each reconnect. Raises LinkError without a link."""
         with self._link.changed:    # so that no reconnect comes in between
-            self._command(encode_command("SONAR", int(bool(on))))
+            self.send(encode_command("SONAR", int(bool(on))))
             self.use_sonar = on
 
     def gripper(self, command: GripperCommand, value: Optional[int] = None) -> None:
@@ -306,7 +306,7 @@ class Robot:
 
     def set_digital_out(self, mask: int, states: int) -> None:
         """Set the digital outputs whose bits are 1 in ``mask`` (0..255) to their bits in ``states`` (0..255)."""
-        self._command(encode_command("DIGOUT", mask, states))
+        self.send(encode_command("DIGOUT", mask, states))
 
     def request_data(self, kind: str, on: bool = True) -> None:
         """Ask for packets of this kind with every SIP; with ``on`` False stop them. They come as PacketReceived.
@@ -326,6 +326,7 @@ class Robot:
         with self._link as robot:
             robot.odometry.reset()
 
-    def _command(self, *packets: bytes) -> None:
+    def send(self, *packets: bytes) -> None:
+        """Send whole packets as they are. Raises LinkError without a link. What moves the robot has methods above."""
         with self._link as robot:
             robot.command(monotonic(), *packets)

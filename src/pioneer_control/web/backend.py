@@ -1,0 +1,88 @@
+"""What lies between the page's rooms and robots of any kind: what is shown (Feed), and what is told (Controls).
+
+===========  =====================================================================================
+backend      its Feed and its Controls
+===========  =====================================================================================
+``owner``    robots of the client library, in the process that owns them
+ROS, a bag   to come
+===========  =====================================================================================
+"""
+
+from typing import Any, NamedTuple, Optional, Protocol, Sequence, Tuple
+
+
+class Person(NamedTuple):
+    """Somebody at a page, at the moment of an order."""
+
+    viewer: int
+    """The number of the connection: two tabs of one browser are two viewers."""
+    visitor: str
+    """The secret text of the browser, the same after a reload. Nobody else may see it."""
+    name: str = ""
+    """As others see this person; empty until the person says one."""
+    teacher: bool = False
+    drawn: Optional[int] = None
+    """The stamp of the newest frame on this person's screen; None before the first frame."""
+
+
+class Controls(Protocol):
+    """What a person may do with one robot. The seats decide who may; nothing here asks who it is.
+
+    Every method returns at once. It raises a PioneerError that says for people why the robot does not do it.
+    """
+
+    def drive(self, linear: float, angular: float, timeout: float) -> None:
+        """Drive at m/s and rad/s, and stop ``timeout`` s later, unless this is called again."""
+
+    def stop(self) -> None:
+        """End what drive() began, at once. Raises nothing."""
+
+    def lock(self) -> None:
+        """Stop, and let nothing but zero through, whoever commands. Raises nothing."""
+
+    def unlock(self) -> None:
+        """Take the lock away."""
+
+    def motors(self, on: bool) -> None:
+        """Ask for motors on or off."""
+
+    def gripper(self, command: str) -> None:
+        """Give the gripper one of orders.GRIPPER_COMMANDS."""
+
+    def take(self) -> None:
+        """Stop what programs do, and lock them out."""
+
+    def release(self) -> None:
+        """Let programs command again."""
+
+    @property
+    def locks(self) -> Tuple[str, ...]:
+        """Why the robot stands whatever it is told; empty when it may move."""
+
+    @property
+    def programs(self) -> str:
+        """Whether programs may command: "none", "free", "driving" or "locked out", as in the page's protocol."""
+
+
+class Feed(Protocol):
+    """Takes what the page shows. `Fleet` is one, and the owner's end of the socket to the server.
+
+    Every method returns at once, may be called by any thread if the feed says so, and raises nothing.
+    """
+
+    def frame(self, frame: bytes) -> None:
+        """Take the newest frame of a robot, as frames.encode_frame() gives it."""
+
+    def text(self, kind: str, value: Any, robot: Optional[int] = None, seat: str = "") -> None:
+        """Take the newest text of a kind.
+
+        Args:
+            kind: a kind of the page's protocol: "robots", "world", "status", ...
+            value: its value, of what JSON knows.
+            robot: the robot that it is about, for a kind that every robot has.
+            seat: of the kind "helm": the visitor who has the seat.
+        """
+
+    def said(self, level: str, text: str, robot: Optional[int] = None,
+             viewers: Optional[Sequence[int]] = None) -> None:
+        """Tell some viewers, or all (None), a sentence. ``level`` is "info", "warn" or "error"."""

@@ -1,0 +1,228 @@
+"""Who may tell which robot what. Pure: time (monotonic, s) is an argument, and robots are behind `Controls`.
+
+=====================================  ================================================================================
+order                                  who may, and when
+=====================================  ================================================================================
+drive                                  who has the seat, or takes a free one; not while locked; its own stamp is not
+                                       older than FRESH s. Zero from the holder is always obeyed
+motors, gripper                        who has the seat, or takes a free one. The gripper only stops while locked
+limit, take, release                   everybody, but not while somebody else has the seat
+stop                                   everybody, always, however old
+unlock                                 everybody
+=====================================  ================================================================================
+
+"Everybody" is everybody whose robot it is. A person has the seat of a robot from the first drive, motors or gripper
+until LEASE s after the last. A teacher takes it from a visitor. All orders but stop and drive count with the newest
+frame on the person's screen: when this is older than PICTURE s, they are refused, because nobody knows how long they
+were under way.
+
+Who holds a key down while the robot is unlocked must let go first: an unlock alone moves nothing.
+"""
+
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Tuple
+
+from ..errors import PioneerError, RefusedError
+from .backend import Controls, Person
+from .frames import stamp_age
+from .orders import (ALL, DriveOrder, GripperOrder, HelmOrder, LimitOrder, MotorsOrder, ReleaseOrder, StopOrder,
+                     TakeOrder, UnlockOrder)
+
+LEASE = 2.0             # s after the last order that needs the seat
+FRESH = 0.4             # s: the oldest stamp with which a person may drive
+PICTURE = 2.0           # s: the oldest picture with which a person may give other orders
+VELOCITY_LIVES = 0.4    # s
+LET_GO = 0.5            # s without a velocity: the hand is gone
+SLOW = 0.2              # m/s: the first limit of each robot
+
+Answer = Tuple[int, str]
+"""The number of a robot that did not obey, and why."""
+
+
+class HelmTold(NamedTuple):
+    """The text "helm" of one robot, and the visitor who has its seat ("": nobody)."""
+
+    value: Mapping[str, Any]
+    seat: str
+
+
+class Seat:
+    """One robot: its controls, who has the seat until when, and how fast a person may drive it."""
+
+    def __init__(self, controls: Controls, max_linear: float, max_angular: float) -> None:
+        self.controls = controls
+        self.most = (max_linear, max_angular)
+        """Limits of the robot (m/s, rad/s)."""
+        self.limit = min(SLOW, max_linear)      # m/s
+        self.person: Optional[Person] = None
+        self.until = 0.0
+        self.moved_until = 0.0
+        """Time until which a velocity of the person lives."""
+        self.hands: Dict[int, float] = {}
+        """Viewers whose velocity was refused because of a lock, and until when they count as holding a key down."""
+
+    @property
+    def limits(self) -> Tuple[float, float]:
+        """How fast a person drives at most (m/s, rad/s)."""
+        most_linear, most_angular = self.most
+        return self.limit, most_angular * self.limit / most_linear if most_linear else 0.0
+
+    def holder(self, now: float) -> Optional[Person]:
+        """Return who has the seat; None when it is free."""
+        return self.person if now < self.until else None
+
+
+class Seats:
+    """The seats of all robots. One thread may use it.
+
+    Args:
+        may: says whether a robot is there for a person. Everybody may do everything without it.
+    """
+
+    def __init__(self, may: Callable[[Person, int], bool] = lambda person, robot: True) -> None:
+        self._seats: Dict[int, Seat] = {}
+        self._may = may
+
+    def add(self, robot: int, controls: Controls, max_linear: float, max_angular: float) -> None:
+        """Add a robot, with its own limits (m/s, rad/s). If it is there already, only its limits change."""
+        seat = self._seats.setdefault(robot, Seat(controls, max_linear, max_angular))
+        seat.most = (max_linear, max_angular)
+        seat.limit = min(seat.limit, max_linear) or min(SLOW, max_linear)
+
+    def remove(self, robot: int) -> None:
+        """Forget a robot. An unknown number is no error."""
+        self._seats.pop(robot, None)
+
+    @property
+    def robots(self) -> List[int]:
+        """The numbers of all robots, in the order in which they came."""
+        return list(self._seats)
+
+    def obey(self, person: Person, order: HelmOrder, now: float) -> List[Answer]:
+        """Do what a person orders, as far as this person may.
+
+        Returns the robots that did not do it, and for each the reason for people. Empty when all is done.
+        """
+        robots = [order.robot] if isinstance(order.robot, int) else list(self._seats)
+        answers = []
+        for robot in robots:
+            try:
+                if robot not in self._seats:
+                    raise RefusedError("there is no robot %d; there are: %s" % (
+                        robot, ", ".join(map(str, self._seats)) or "none"))
+                if self._may(person, robot):
+                    self._obey(person, self._seats[robot], order, now)
+                elif order.robot != ALL:
+                    raise RefusedError("this robot is not yours")
+            except PioneerError as error:
+                answers.append((robot, str(error)))
+        return answers
+
+    def left(self, viewer: int, now: float) -> None:
+        """Stop the robots that this viewer drives: its connection is gone. The seats stay until their time is up."""
+        for seat in self._seats.values():
+            seat.hands.pop(viewer, None)
+            if seat.person is not None and seat.person.viewer == viewer and now < seat.moved_until:
+                seat.moved_until = now
+                seat.controls.stop()
+
+    def lost(self, now: float) -> None:
+        """Stop all robots that persons drive: nobody hears the viewers any more."""
+        for seat in self._seats.values():
+            seat.hands.clear()
+            if now < seat.moved_until:
+                seat.moved_until = now
+                seat.controls.stop()
+
+    def rename(self, person: Person) -> None:
+        """Take a new name of a person who may have seats."""
+        for seat in self._seats.values():
+            if seat.person is not None and seat.person.visitor == person.visitor:
+                seat.person = seat.person._replace(name=person.name)
+
+    def told(self, robot: int, now: float) -> HelmTold:
+        """Return the text "helm" of a robot. Raises KeyError for an unknown robot."""
+        seat = self._seats[robot]
+        holder, programs = seat.holder(now), seat.controls.programs
+        return HelmTold({
+            "robot": robot,
+            "commander": "person" if holder else "program" if programs == "driving" else "",
+            "who": holder.name if holder else "",
+            "you": False,
+            "programs": programs,
+            "locks": list(seat.controls.locks),
+            "limit": [round(value, 3) for value in seat.limits],
+        }, holder.visitor if holder else "")
+
+    # One robot
+
+    def _obey(self, person: Person, seat: Seat, order: HelmOrder, now: float) -> None:
+        if isinstance(order, StopOrder):
+            if now < seat.moved_until and seat.person is not None:      # this hand must let go before it drives again
+                seat.hands[seat.person.viewer] = now + LET_GO
+            seat.moved_until = now
+            seat.controls.lock()
+        elif isinstance(order, DriveOrder):
+            self._drive(person, seat, order, now)
+        else:
+            if person.drawn is not None and stamp_age(person.drawn, now) > PICTURE:
+                raise RefusedError("refused: the picture was more than %g s old: look, and do it again" % PICTURE)
+            self._do(person, seat, order, now)
+
+    def _drive(self, person: Person, seat: Seat, order: DriveOrder, now: float) -> None:
+        self._check_seat(person, seat, now)
+        if not order.forward and not order.turn:
+            seat.hands.pop(person.viewer, None)
+            if now < seat.moved_until:
+                seat.moved_until = now
+                self._sit(person, seat, now)
+                seat.controls.stop()
+            return
+        if seat.controls.locks:
+            seat.hands[person.viewer] = now + LET_GO
+            raise RefusedError("locked (%s): unlock it first" % ", ".join(seat.controls.locks))
+        if now < seat.hands.get(person.viewer, 0.0):
+            seat.hands[person.viewer] = now + LET_GO
+            raise RefusedError("it was locked: let go, then drive again")
+        seat.hands.pop(person.viewer, None)
+        if stamp_age(order.stamp, now) > FRESH:
+            raise RefusedError("refused: the picture was more than %g s old" % FRESH)
+        linear, angular = seat.limits
+        seat.controls.drive(order.forward * linear, order.turn * angular, VELOCITY_LIVES)
+        seat.moved_until = now + VELOCITY_LIVES
+        self._sit(person, seat, now)
+
+    def _do(self, person: Person, seat: Seat, order: HelmOrder, now: float) -> None:
+        controls = seat.controls
+        if isinstance(order, UnlockOrder):
+            controls.unlock()
+            return
+        self._check_seat(person, seat, now)
+        if isinstance(order, MotorsOrder):
+            controls.motors(order.on)
+            self._sit(person, seat, now)
+        elif isinstance(order, GripperOrder):
+            if controls.locks and order.command != "stop":
+                raise RefusedError("locked (%s): unlock it first" % ", ".join(controls.locks))
+            controls.gripper(order.command)
+            self._sit(person, seat, now)
+        elif isinstance(order, LimitOrder):
+            if order.linear > seat.most[0]:
+                raise RefusedError("the limit %g m/s is more than this robot drives: %g m/s at most" % (
+                    order.linear, seat.most[0]))
+            seat.limit = order.linear
+        elif isinstance(order, TakeOrder):
+            controls.take()
+        elif isinstance(order, ReleaseOrder):
+            controls.release()
+
+    @staticmethod
+    def _sit(person: Person, seat: Seat, now: float) -> None:
+        seat.person, seat.until = person, now + LEASE
+
+    @staticmethod
+    def _check_seat(person: Person, seat: Seat, now: float) -> None:
+        """Raise RefusedError if somebody else has the seat, from whom this person cannot take it."""
+        holder = seat.holder(now)
+        if holder is None or holder.visitor == person.visitor or person.teacher and not holder.teacher:
+            return
+        raise RefusedError("%s drives this robot now; you may stop it" % (holder.name or "somebody else"))
