@@ -40,7 +40,7 @@ ROOMS = {
     "bags": {"message_values", "parameters", "ros_node", "standard_messages", "whole_file", "pictures", "p2os",
              "robots", "msg"},
     # no simulator: the page shows it as it shows any robot, and starts it as a program
-    "web": {"p2os", "robots", "client"},
+    "web": {"message_values", "p2os", "robots", "client", "bags"},
 }
 # Files that may use ROS, by the start of their path in the package.
 ROS_PLACES = ("ros_node.py", "standard_messages.py", "driver/", "tutorial/", "bags/", "teleop/node.py",

@@ -9,6 +9,8 @@
 ``frames``         what changes ten times a second of a robot, as bytes
 ``columns``        the same of a whole recording
 ``trail``          the way that a robot went lately
+``from_messages``  the messages of a robot's topics, as the page shows them
+``recorded``       a bag as a recording for the page
 ``program_line``   the robot's side of the line to a program that shares its robot with persons
 =================  ====================================================================================
 
