@@ -45,7 +45,7 @@ ROS_MODULES = {"rospy", "tf", "tf2_ros", "dynamic_reconfigure", "genpy", "rosbag
                "rospkg", "rostest", "rostopic", "nav_msgs", "geometry_msgs", "sensor_msgs", "std_msgs", "std_srvs",
                "tf2_msgs", "rosgraph_msgs", "diagnostic_msgs", "diagnostic_updater", "visualization_msgs"}
 # Heavy or special libraries, and the only places that may use them.
-LIBRARY_PLACES = {"serial": ("client/transport",), "matplotlib": ("bags/", "simulator/picture"),
+LIBRARY_PLACES = {"serial": ("client/serial_port",), "matplotlib": ("bags/", "simulator/picture"),
                   "PIL": ("simulator/world/ros_map",), "tqdm": ("bags/",)}
 
 # Modules that come with packages that package.xml names: genpy with message_runtime, rosgraph and rospkg with rospy.
@@ -141,6 +141,7 @@ def test_imports_point_one_way():
     ("p2os/sip.py", "import rospy"),
     ("client/robot.py", "import nav_msgs.msg"),
     ("client/session.py", "import serial"),
+    ("client/tcp.py", "def late():\n    import serial"),
     ("simulator/line/server.py", "import rospy"),
     ("tutorial/pioneer.py", "from ..driver import node"),
     ("errors.py", "from .p2os import Frame"),
@@ -151,7 +152,7 @@ def test_a_trespass_is_seen(path, text):
 
 @pytest.mark.parametrize("path, text", [
     ("simulator/node.py", "import rospy\nfrom pioneer_control.robots import find_model"),
-    ("client/transport.py", "import serial.tools.list_ports\nfrom ..errors import PortError"),
+    ("client/serial_port.py", "import serial.tools.list_ports\nfrom ..errors import PortError"),
     ("driver/node.py", "from ..client import Robot\nfrom ..msg import SonarArray\nimport tf2_ros"),
     ("p2os/sip.py", "from .framing import Frame\nfrom .. import __version__"),
 ])

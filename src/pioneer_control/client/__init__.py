@@ -15,7 +15,10 @@ closed. ``python3 -m pioneer_control.client PORT`` prints what the robot is and 
 Open ``robot.py`` first, then ``session.py`` and ``phases.py``. All files, from the wire upwards:
 
 =================  ====================================================================================
-``transport``      reads and writes bytes: a serial port, a pty or TCP, as the URL says
+``transport``      reads and writes bytes: what all kinds of ports have in common
+``serial_port``    serial ports and ptys
+``tcp``            ports on TCP
+``ports``          opens a port of the kind that its URL names
 ``line``           decides when packets are sent: keeps the pace, sends a stop first
 ``link``           what all phases of a connection share, and the outcomes that end a phase
 ``handshake``      the first phase: find the robot, synchronise, get its name

@@ -19,10 +19,11 @@ from .identity import RobotIdentity
 from .line import SetBaud
 from .link import HostBaud
 from .phases import Connected
+from .ports import open_transport
 from .session import Counts, Session
 from .settings import Settings
 from .state import RobotState
-from .transport import Transport, open_transport, tap
+from .transport import Transport, tap
 
 BACK_OFF = 0.2                      # s before the next attempt to connect
 CLOSE_TIMEOUT = 0.9                 # s that close() waits for the threads

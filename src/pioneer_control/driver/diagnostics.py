@@ -17,7 +17,7 @@ import diagnostic_updater
 import rospy
 
 from ..client import Event, LinkCounts, RobotState
-from ..client.transport import tcp_address
+from ..client.ports import is_serial
 from .health import TASKS, Finding, Health
 
 PERIOD = 1.0
@@ -37,7 +37,7 @@ class Diagnostics:
     """
 
     def __init__(self, port: str, baud: int, how_to_enable: str, link: Callable[[], LinkCounts]) -> None:
-        self._health = Health(port, None if tcp_address(port) else baud, how_to_enable)
+        self._health = Health(port, baud if is_serial(port) else None, how_to_enable)
         self._link = link
         self._findings: Dict[str, Finding] = {}
         self._wanted = threading.Event()    # a report, at once
