@@ -72,7 +72,8 @@ def test_every_module_imports():
     assert (done.returncode, done.stdout) == (0, "")
 
 
-@pytest.mark.parametrize("without", [[], ["--without", "serial", "--without", "websocket"]])
+@pytest.mark.parametrize("without", [
+    [], [word for name in ("serial", "websocket", "numpy", "PIL") for word in ("--without", name)]])
 def test_a_client_drives_a_simulated_robot_and_stops(simulator, without):
     done = run(*without, "-c", DRIVE, simulator)
     found = re.fullmatch(r"driven (\d\.\d\d) m, serial False\n", done.stdout)

@@ -28,16 +28,18 @@ ROOMS = {
     "ros_node": set(),
     "whole_file": set(),
     "pictures": {"whole_file"},
+    "port_url": set(),
     "p2os": set(),
     "robots": {"p2os", "parameters"},
-    "client": {"p2os", "robots"},
-    "driver": {"message_values", "standard_messages", "parameters", "ros_node", "p2os", "robots", "client", "msg"},
+    "client": {"port_url", "p2os", "robots"},
+    "driver": {"message_values", "standard_messages", "parameters", "port_url", "ros_node", "p2os", "robots", "client",
+               "msg"},
     "simulator": {"message_values", "parameters", "ros_node", "pictures", "p2os", "robots"},
     # robots: the outline, where a driver does not tell it
     "tutorial": {"message_values", "ros_node", "robots", "msg"},
     # robots: where the sonar of an old bag looks
-    "bags": {"message_values", "parameters", "ros_node", "standard_messages", "whole_file", "pictures", "p2os",
-             "robots", "msg"},
+    "bags": {"message_values", "parameters", "port_url", "ros_node", "standard_messages", "whole_file", "pictures",
+             "p2os", "robots", "msg"},
 }
 # Files that may use ROS, by the start of their path in the package.
 ROS_PLACES = ("ros_node.py", "standard_messages.py", "driver/", "tutorial/", "bags/", "simulator/node.py")
@@ -45,8 +47,8 @@ ROS_MODULES = {"rospy", "tf", "tf2_ros", "dynamic_reconfigure", "genpy", "rosbag
                "rospkg", "rostest", "rostopic", "nav_msgs", "geometry_msgs", "sensor_msgs", "std_msgs", "std_srvs",
                "tf2_msgs", "rosgraph_msgs", "diagnostic_msgs", "diagnostic_updater", "visualization_msgs"}
 # Heavy or special libraries, and the only places that may use them.
-LIBRARY_PLACES = {"serial": ("client/serial_port",), "matplotlib": ("bags/", "simulator/picture"),
-                  "PIL": ("simulator/world/ros_map",), "tqdm": ("bags/",)}
+LIBRARY_PLACES = {"serial": ("client/serial_port",), "websocket": ("client/web_socket",),
+                  "matplotlib": ("bags/", "simulator/picture"), "PIL": ("simulator/world/ros_map",), "tqdm": ("bags/",)}
 
 # Modules that come with packages that package.xml names: genpy with message_runtime, rosgraph and rospkg with rospy.
 PART_OF_ANOTHER = {"genpy", "rosgraph", "rospkg"}
@@ -142,6 +144,7 @@ def test_imports_point_one_way():
     ("client/robot.py", "import nav_msgs.msg"),
     ("client/session.py", "import serial"),
     ("client/tcp.py", "def late():\n    import serial"),
+    ("client/ports.py", "import websocket"),
     ("simulator/line/server.py", "import rospy"),
     ("tutorial/pioneer.py", "from ..driver import node"),
     ("errors.py", "from .p2os import Frame"),
@@ -504,8 +507,8 @@ def test_package_xml_names_what_the_code_imports():
     """
     manifest = ElementTree.parse(ROOT / "package.xml").getroot()
     named = {element.text for element in manifest if element.tag.endswith("depend")}
-    keys = {"numpy": "python3-numpy", "serial": "python3-serial", "yaml": "python3-yaml", "PIL": "python3-pil",
-            "matplotlib": "python3-matplotlib", "tqdm": "python3-tqdm"}
+    keys = {"numpy": "python3-numpy", "serial": "python3-serial", "websocket": "python3-websocket",
+            "yaml": "python3-yaml", "PIL": "python3-pil", "matplotlib": "python3-matplotlib", "tqdm": "python3-tqdm"}
     keys.update({module: module for module in ROS_MODULES})
     used = {module.partition(".")[0] for path in package_files()
             for module, _ in imports(path.read_text(encoding="utf-8"), "pioneer_control.x")}

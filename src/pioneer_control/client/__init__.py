@@ -4,7 +4,7 @@
 
     from pioneer_control.client import Robot
 
-    with Robot("socket://localhost:8101") as robot:        # or "/dev/ttyUSB0"
+    with Robot("socket://localhost:8101") as robot:        # or "/dev/ttyUSB0", or "ws://host:8080/robot/7#key=KEY"
         robot.enable_motors()
         robot.set_velocity(0.2, 0.0)                        # m/s, rad/s; repeat it within 0.6 s, or the robot stops
         print(robot.wait_for_state())
@@ -18,6 +18,7 @@ Open ``robot.py`` first, then ``session.py`` and ``phases.py``. All files, from 
 ``transport``      reads and writes bytes: what all kinds of ports have in common
 ``serial_port``    serial ports and ptys
 ``tcp``            ports on TCP
+``web_socket``     ports on a WebSocket, whose server wants a key
 ``ports``          opens a port of the kind that its URL names
 ``line``           decides when packets are sent: keeps the pace, sends a stop first
 ``link``           what all phases of a connection share, and the outcomes that end a phase

@@ -100,15 +100,7 @@ class StreamTransport(Transport):
         return b""
 
     def write(self, data: bytes) -> None:
-        deadline = time.monotonic() + WRITE_TIMEOUT
-        while data:
-            try:
-                data = data[self._send_bytes(data):]
-            except BlockingIOError:
-                if not self._takes_more(deadline - time.monotonic()):
-                    raise LinkLostError(NO_MORE_BYTES % self.url) from None
-            except OSError as error:
-                raise self._broken(error) from error
+        self._write_until(time.monotonic() + WRITE_TIMEOUT, data)
 
     def wake(self) -> None:
         with contextlib.suppress(BlockingIOError):      # full of calls that the reader has not noticed yet
@@ -120,6 +112,17 @@ class StreamTransport(Transport):
             self._port.close()
         self._wake_reader.close()
         self._wake_writer.close()
+
+    def _write_until(self, deadline: float, data: bytes) -> None:
+        """Do what write() does, but until the time ``deadline`` (monotonic, s)."""
+        while data:
+            try:
+                data = data[self._send_bytes(data):]
+            except BlockingIOError:
+                if not self._takes_more(deadline - time.monotonic()):
+                    raise LinkLostError(NO_MORE_BYTES % self.url) from None
+            except OSError as error:
+                raise self._broken(error) from error
 
     def _takes_more(self, timeout: float) -> bool:
         """Wait until the port takes bytes, at most ``timeout`` s. Returns whether it does."""
