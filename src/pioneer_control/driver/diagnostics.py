@@ -30,7 +30,7 @@ class Diagnostics:
     """Publishes the diagnostics of one robot. Its methods never block the thread of the client that calls them.
 
     Args:
-        port: the serial device or TCP address, as the user gave it.
+        port: the serial device or URL, as the user gave it, but without a key.
         baud: the line speed of a serial device.
         how_to_enable: the shell command that switches the motors on, for the texts.
         link: a function that returns the counters of the link.

@@ -20,6 +20,7 @@ import rospy
 from ..client import (BaudFound, CommandTimedOut, LineSpeed, LinkDown, MotionCleared, MotorsAnswered, Ready, Robot,
                       StatesMissed, Tuned, Unmoved)
 from ..errors import ParameterError, PioneerError, PortError
+from ..port_url import without_key
 from ..ros_node import init_node
 from .diagnostics import Diagnostics
 from .notices import Throttle, Watch, unmoved
@@ -45,7 +46,8 @@ class DriverNode:
         self._throttle = Throttle()
         how_to_enable = "rosservice call %s true" % rospy.resolve_name("set_motors")
         self._watch = Watch(parameters.cmd_vel_timeout, how_to_enable)
-        self._diagnostics = Diagnostics(parameters.port, parameters.baud, how_to_enable, lambda: self._robot.link)
+        self._diagnostics = Diagnostics(
+            without_key(parameters.port), parameters.baud, how_to_enable, lambda: self._robot.link)
         self._asked_to_end = False
         self._started = monotonic()
         self._publications = Publications(parameters, lambda kind, on: self._robot.request_data(kind, on))
@@ -98,7 +100,7 @@ class DriverNode:
         rospy.on_shutdown(self._end)
         if rospy.is_shutdown():     # then rospy does not call it any more
             self._end()
-        rospy.loginfo("looking for a robot on %s", self._parameters.port)
+        rospy.loginfo("looking for a robot on %s", self._robot.url)
         try:
             self._robot.start()
             self._diagnostics.start()
