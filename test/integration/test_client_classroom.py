@@ -81,10 +81,9 @@ def test_a_key_is_in_no_message_of_a_robot_that_had_one(school):
     with Robot(school.url + "#key=" + KEY_IN_URL) as robot:
         threads = [thread.name for thread in threading.enumerate()]
         school.close(4408, "the lesson is over: %s" % KEY)
+        assert robot.wait_until_ended(LIMIT)
         with pytest.raises(LinkLostError, match=re.escape(school.url) + ".*lesson is over") as raised:
-            while True:
-                robot.set_velocity(0.1, 0.0)
-                robot.wait_for_state()
+            robot.set_velocity(0.1, 0.0)
     said = told(raised.value) + robot.link.last_error + robot.url + " ".join(threads)
     assert KEY not in said and KEY_IN_URL not in said
 
@@ -108,9 +107,9 @@ def test_a_lost_connection_is_made_again_and_the_robot_drives_on(school, harm):
 def test_a_robot_that_is_gone_is_a_lost_link(school, simulator):
     with Robot(school.url, key=KEY) as robot:
         simulator.stop()
+        assert robot.wait_until_ended(LIMIT)
         with pytest.raises(LinkLostError, match="the robot is gone"):
-            while True:
-                robot.wait_for_state()
+            robot.wait_for_state()
 
 
 def test_the_report_on_the_command_line_shows_no_key(school):

@@ -126,7 +126,8 @@ class WebSocketTransport(SocketTransport):
         except self._library.WebSocketBadStatusException as error:
             status = error.status_code
         except Exception as error:      # the library has no one kind of error for an answer that makes no sense
-            raise PortError("%s: what answers is no WebSocket: %s" % (self.url, error)) from error
+            raise PortError("%s: what answers is no WebSocket. Is this the port of a server of robots?"
+                            % self.url) from error
         if status != SWITCHING_PROTOCOLS:
             raise PortError("%s: what answers is no WebSocket: HTTP status %s. Is the path right?" % (self.url, status))
 
@@ -157,7 +158,7 @@ class WebSocketTransport(SocketTransport):
         try:
             frame = self._web.recv_frame()
         except self._library.WebSocketException as error:
-            raise LinkLostError("%s: what the server sends is no WebSocket frame: %s" % (self.url, error)) from error
+            raise LinkLostError("%s: what the server sends is no WebSocket frame" % self.url) from error
         self._stream.length = 0
         kind, data = int(frame.opcode), bytes(frame.data)
         if kind == PING:
@@ -206,7 +207,7 @@ class _Stream:
 
     def recv(self, count: int) -> bytes:
         """Return at most ``count`` bytes. Raises BlockingIOError when there are none until the deadline."""
-        while not self._unread:
+        while count and not self._unread:
             self._unread = self._read(self.deadline - time.monotonic())
             if not self._unread and (self.is_open or time.monotonic() >= self.deadline):
                 raise BlockingIOError

@@ -390,6 +390,7 @@ NO_ROBOT = {
     "ends at once": (lambda peer: peer.request(), "is this a server of robots"),
     "not found": (http(b"HTTP/1.1 404 Not Found\r\n\r\n"), "no WebSocket: HTTP status 404"),
     "a page": (http(b"HTTP/1.1 200 OK\r\nContent-Length: 0\r\n\r\n"), "no WebSocket: HTTP status 200"),
+    "a page with words": (http(b"HTTP/1.1 403 No\r\nContent-Length: 2\r\n\r\nno"), "no WebSocket: HTTP status 403"),
     "moved": (http(b"HTTP/1.1 301 Moved\r\nLocation: ws://localhost:1/\r\n\r\n"), "no WebSocket: HTTP status 301"),
     "no HTTP": (http(b"220 mail.example.org ESMTP\r\n\r\n"), "no WebSocket"),
     "an empty line": (http(b"\r\n"), "no WebSocket"),
