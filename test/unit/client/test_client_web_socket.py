@@ -15,6 +15,7 @@ import ssl
 import struct
 import sys
 import threading
+import time
 import traceback
 import types
 
@@ -128,7 +129,7 @@ def opened(server):
                 peer.admit()
                 peers.append(peer)
                 is_there.set()
-                leave.wait(LIMIT)
+                leave.wait(2 * LIMIT)
 
             line = open_transport(server(script, context), 9600, KEY)
             assert is_there.wait(LIMIT)
@@ -142,9 +143,10 @@ def opened(server):
 
 def read_all(line, count):
     """Read until so many bytes have come."""
-    data = b""
+    data, end = b"", time.monotonic() + LIMIT
     while len(data) < count:
-        data += line.read(LIMIT)
+        assert time.monotonic() < end, "%d of %d bytes" % (len(data), count)
+        data += line.read(1.0)
     return data
 
 
@@ -223,20 +225,18 @@ def test_a_ping_is_answered(opened):
     assert not reading.is_alive()
 
 
-def test_pings_without_end_do_not_hold_up_the_reader(opened):
+def flood(peer):
+    """Send frames of no use, more than a client can read, until it has gone."""
+    with contextlib.suppress(OSError):
+        while True:
+            peer.sendall(frame(PONG) * 10_000)
+
+
+def test_frames_of_no_use_without_end_do_not_hold_up_the_reader(opened):
     line, peer = opened()
-    ended = threading.Event()
-
-    def flood():
-        with contextlib.suppress(OSError, AssertionError):      # the client has gone
-            while not ended.is_set():
-                peer.sendall(frame(PING))
-                peer.frame()
-
-    flooding = threading.Thread(target=flood)
+    flooding = threading.Thread(target=flood, args=(peer,))
     flooding.start()
     assert line.read(0.05) == b""
-    ended.set()
     peer.connection.shutdown(socket.SHUT_RDWR)
     flooding.join(LIMIT)
 
@@ -428,15 +428,13 @@ def drip(peer):
         peer.sendall(b"e")
 
 
-def ping_only(peer):
+def flood_after_the_key(peer):
     peer.upgrade()
     peer.frame()
-    while True:
-        peer.sendall(frame(PING))
-        peer.frame()
+    flood(peer)
 
 
-@pytest.mark.parametrize("script", [never, never_after_the_key, drip, ping_only])
+@pytest.mark.parametrize("script", [never, never_after_the_key, drip, flood_after_the_key])
 def test_a_handshake_that_never_ends_is_given_up(server, script, monkeypatch):
     monkeypatch.setattr(web_socket, "ANSWER_TIMEOUT", 0.1)
     url = server(script)
@@ -554,6 +552,12 @@ def test_an_encrypted_line_carries_much_both_ways_at_once(opened, context, trust
     assert [written.frame() for _ in there] == [(BINARY, data) for data in there]
     line.wake()
     assert line.read(LIMIT) == b""
+
+
+def test_no_bytes_stay_behind_that_are_decrypted_but_not_read(opened, context, trusted):
+    line, peer = opened(context)
+    peer.sendall(frame(BINARY, bytes(3 * transport.READ_SIZE)))     # one record of TLS
+    assert read_all(line, 3 * transport.READ_SIZE) == bytes(3 * transport.READ_SIZE)
 
 
 def test_an_encrypted_connection_is_in_the_hands_of_one_thread_at_a_time():
