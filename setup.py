@@ -18,6 +18,6 @@ setup(
     packages=find_packages("src"),
     package_data={"": ["*.yaml", "worlds/*.yaml"]},
     python_requires=">=3.8",
-    install_requires=["numpy", "Pillow", "pyserial", "PyYAML"],
+    install_requires=["numpy", "Pillow", "pyserial", "PyYAML", "websocket-client"],
     extras_require={"pictures": ["matplotlib"]},
 )

@@ -5,7 +5,7 @@ The folders:
 =============  ==========================================================================
 ``p2os``       the protocol: bytes to typed packets and back (no I/O, no ROS)
 ``robots``     the properties of each robot model, in one data file
-``client``     drive a robot from plain Python over a serial port, a pty or TCP
+``client``     drive a robot from plain Python over a serial port, TCP or a WebSocket
 ``driver``     the ROS node around the client
 ``simulator``  a simulated robot: world, body, firmware (only its node uses ROS)
 ``tutorial``   the ``Pioneer`` class, which wanders and picks up cans
@@ -16,8 +16,9 @@ The folders:
 
 The files that the folders share: ``errors`` (every exception), ``parameters`` (how a node checks its parameters),
 ``message_values`` (what the numbers in messages mean), ``standard_messages`` (sonar and battery in messages of standard
-packages), ``ros_node`` (how a node starts and ends), ``interrupt`` (Ctrl-C without a traceback), ``whole_file``
-(write a file completely or not at all) and ``pictures`` (what all pictures share).
+packages), ``port_url`` (the URL of a robot's port, and its key), ``ros_node`` (how a node starts and ends),
+``interrupt`` (Ctrl-C without a traceback), ``whole_file`` (write a file completely or not at all) and ``pictures``
+(what all pictures share).
 
 ``import pioneer_control`` alone loads none of these files and folders, and neither rospy nor serial.
 """

@@ -66,7 +66,7 @@ class Life:
                 self._resume_at = self.now + wait
         return sent
 
-    def _open(self, url, baud):
+    def _open(self, url, baud, key):
         for _ in range(round(BACK_OFF / STEP)):
             self.pass_time(STEP)
         if not self.plugged:

@@ -10,7 +10,7 @@ import threading
 import pytest
 
 from pioneer_control import p2os
-from pioneer_control.client.transport import open_transport
+from pioneer_control.client.ports import open_transport
 from pioneer_control.errors import PortError
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.firmware import Firmware, FirmwareState

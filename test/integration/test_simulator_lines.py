@@ -17,8 +17,8 @@ from pioneer_control.p2os.recording import entries
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.line import fault_of
 from pioneer_control.simulator.firmware import Firmware, FirmwareState
-from pioneer_control.simulator.line.lines import PTY_UNREAD_LIMIT, PtyLine, TcpLine
-from pioneer_control.simulator.line.server import LONGEST_BACKLOG, STANDARD_PORT, Server
+from pioneer_control.simulator.line.lines import PTY_UNREAD_LIMIT, STANDARD_PORT, PtyLine, TcpLine
+from pioneer_control.simulator.line.server import LONGEST_BACKLOG, Server
 from pioneer_control.simulator.simulation import Simulation
 from pioneer_control.simulator.world import World
 

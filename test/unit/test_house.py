@@ -28,17 +28,19 @@ ROOMS = {
     "ros_node": set(),
     "whole_file": set(),
     "pictures": {"whole_file"},
+    "port_url": set(),
     "p2os": set(),
     "robots": {"p2os", "parameters"},
-    "client": {"p2os", "robots"},
-    "driver": {"message_values", "standard_messages", "parameters", "ros_node", "p2os", "robots", "client", "msg"},
+    "client": {"port_url", "p2os", "robots"},
+    "driver": {"message_values", "standard_messages", "parameters", "port_url", "ros_node", "p2os", "robots", "client",
+               "msg"},
     "simulator": {"message_values", "parameters", "ros_node", "pictures", "p2os", "robots"},
     # robots: the outline, where a driver does not tell it
     "tutorial": {"message_values", "ros_node", "robots", "msg"},
     "teleop": {"message_values", "ros_node", "msg"},
     # robots: where the sonar of an old bag looks
-    "bags": {"message_values", "parameters", "ros_node", "standard_messages", "whole_file", "pictures", "p2os",
-             "robots", "msg"},
+    "bags": {"message_values", "parameters", "port_url", "ros_node", "standard_messages", "whole_file", "pictures",
+             "p2os", "robots", "msg"},
     # no simulator: the page shows it as it shows any robot, and starts it as a program
     "web": {"message_values", "p2os", "robots", "client", "bags"},
 }
@@ -49,9 +51,9 @@ ROS_MODULES = {"rospy", "tf", "tf2_ros", "dynamic_reconfigure", "genpy", "rosbag
                "rospkg", "rostest", "rostopic", "nav_msgs", "geometry_msgs", "sensor_msgs", "std_msgs", "std_srvs",
                "tf2_msgs", "rosgraph_msgs", "diagnostic_msgs", "diagnostic_updater", "visualization_msgs"}
 # Heavy or special libraries, and the only places that may use them.
-LIBRARY_PLACES = {"serial": ("client/transport",), "matplotlib": ("bags/", "simulator/picture"),
-                  "PIL": ("simulator/world/ros_map",), "tqdm": ("bags/",), "evdev": ("teleop/gamepad",),
-                  "tornado": ("web/server.py",)}
+LIBRARY_PLACES = {"serial": ("client/serial_port",), "websocket": ("client/web_socket",),
+                  "matplotlib": ("bags/", "simulator/picture"), "PIL": ("simulator/world/ros_map",), "tqdm": ("bags/",),
+                  "evdev": ("teleop/gamepad",), "tornado": ("web/server.py",)}
 
 # Modules that come with packages that package.xml names: genpy with message_runtime, rosgraph and rospkg with rospy.
 PART_OF_ANOTHER = {"genpy", "rosgraph", "rospkg"}
@@ -146,6 +148,8 @@ def test_imports_point_one_way():
     ("p2os/sip.py", "import rospy"),
     ("client/robot.py", "import nav_msgs.msg"),
     ("client/session.py", "import serial"),
+    ("client/tcp.py", "def late():\n    import serial"),
+    ("client/ports.py", "import websocket"),
     ("simulator/line/server.py", "import rospy"),
     ("tutorial/pioneer.py", "from ..driver import node"),
     ("errors.py", "from .p2os import Frame"),
@@ -158,7 +162,7 @@ def test_a_trespass_is_seen(path, text):
 
 @pytest.mark.parametrize("path, text", [
     ("simulator/node.py", "import rospy\nfrom pioneer_control.robots import find_model"),
-    ("client/transport.py", "import serial.tools.list_ports\nfrom ..errors import PortError"),
+    ("client/serial_port.py", "import serial.tools.list_ports\nfrom ..errors import PortError"),
     ("driver/node.py", "from ..client import Robot\nfrom ..msg import SonarArray\nimport tf2_ros"),
     ("p2os/sip.py", "from .framing import Frame\nfrom .. import __version__"),
 ])
@@ -510,9 +514,9 @@ def test_package_xml_names_what_the_code_imports():
     """
     manifest = ElementTree.parse(ROOT / "package.xml").getroot()
     named = {element.text for element in manifest if element.tag.endswith("depend")}
-    keys = {"numpy": "python3-numpy", "serial": "python3-serial", "yaml": "python3-yaml", "PIL": "python3-pil",
-            "matplotlib": "python3-matplotlib", "tqdm": "python3-tqdm", "evdev": "python3-evdev",
-            "tornado": "python3-tornado"}
+    keys = {"numpy": "python3-numpy", "serial": "python3-serial", "websocket": "python3-websocket",
+            "yaml": "python3-yaml", "PIL": "python3-pil", "matplotlib": "python3-matplotlib", "tqdm": "python3-tqdm",
+            "evdev": "python3-evdev", "tornado": "python3-tornado"}
     keys.update({module: module for module in ROS_MODULES})
     used = {module.partition(".")[0] for path in package_files()
             for module, _ in imports(path.read_text(encoding="utf-8"), "pioneer_control.x")}

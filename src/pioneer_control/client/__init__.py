@@ -4,7 +4,7 @@
 
     from pioneer_control.client import Robot
 
-    with Robot("socket://localhost:8101") as robot:        # or "/dev/ttyUSB0"
+    with Robot("socket://localhost:8101") as robot:        # or "/dev/ttyUSB0", or "ws://host:8080/robot/7#key=KEY"
         robot.enable_motors()
         robot.set_velocity(0.2, 0.0)                        # m/s, rad/s; repeat it within 0.6 s, or the robot stops
         print(robot.wait_for_state())
@@ -15,7 +15,11 @@ closed. ``python3 -m pioneer_control.client PORT`` prints what the robot is and 
 Open ``robot.py`` first, then ``session.py`` and ``phases.py``. All files, from the wire upwards:
 
 =================  ====================================================================================
-``transport``      reads and writes bytes: a serial port, a pty or TCP, as the URL says
+``transport``      reads and writes bytes: what all kinds of ports have in common
+``serial_port``    serial ports and ptys
+``tcp``            ports on TCP
+``web_socket``     ports on a WebSocket, whose server wants a key
+``ports``          opens a port of the kind that its URL names
 ``line``           decides when packets are sent: keeps the pace, sends a stop first
 ``link``           what all phases of a connection share, and the outcomes that end a phase
 ``handshake``      the first phase: find the robot, synchronise, get its name

@@ -24,7 +24,8 @@ def main(arguments: Optional[List[str]] = None) -> int:
     """
     parser = argparse.ArgumentParser(prog="python3 -m pioneer_control.client",
                                      description="Say what robot is on a port. Nothing moves.")
-    parser.add_argument("port", metavar="PORT", help="/dev/ttyUSB0, the path of a pty, or socket://host:port")
+    parser.add_argument("port", metavar="PORT", help="/dev/ttyUSB0, the path of a pty, socket://host:port, or "
+                                                     "ws://host:port/path#key=KEY")
     parser.add_argument("--baud", type=int, default=9600,
                         help="line speed of a serial port (default: %(default)s); the others follow")
     parser.add_argument("--model", help="take it for this model, whatever it says it is")
@@ -43,7 +44,7 @@ def main(arguments: Optional[List[str]] = None) -> int:
     except PioneerError as error:
         print("client: %s" % error, file=sys.stderr)
         return 2 if isinstance(error, UsageError) else 1
-    print(report(options.port, identity, state, link))
+    print(report(robot.url, identity, state, link))
     return 0
 
 

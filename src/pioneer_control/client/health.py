@@ -372,8 +372,8 @@ class Health:
     One thread may call `state` and `event` while another thread calls `report`.
 
     Args:
-        port: the serial device or TCP address, as the user gave it.
-        baud: the line speed. None on TCP.
+        port: the serial device or URL, as the user gave it, but without a key.
+        baud: the line speed. None if the port is not serial.
         how_to_enable: the shell command that switches the motors on, for the texts.
         obstacles: what to tell people about a lock, and about an input that has the helm: sentences by its name.
     """

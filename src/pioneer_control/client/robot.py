@@ -11,6 +11,7 @@ from typing import Any, Callable, NamedTuple, Optional
 
 from ..errors import LinkLostError, NoAnswerError, PioneerError, RefusedError, UsageError
 from ..p2os import GripperCommand, encode_command
+from ..port_url import split_key
 from .data_requests import DATA
 from .gripper import gripper_packets
 from .identity import RobotIdentity
@@ -41,11 +42,14 @@ class LinkCounts(NamedTuple):
 
 
 class Robot:
-    """A Pioneer on a serial port, a pty or TCP.
+    """A Pioneer on a serial port, a pty, TCP or a WebSocket.
 
     Args:
-        url: ``/dev/ttyUSB0``, the path of a pty, or ``socket://host:port`` (``tcp://host:port`` and ``host:port`` mean
-            the same).
+        url: ``/dev/ttyUSB0``, the path of a pty, ``socket://host:port`` (``tcp://host:port`` and ``host:port`` mean
+            the same), or ``ws://host:port/path`` (``wss://...`` if encrypted), also with the key at its end:
+            ``ws://host:port/path#key=KEY``.
+        key: what a server on a WebSocket wants to know before it gives the robot. It is used instead of a key in the
+            URL. It is in no message: the attribute ``url`` has no key.
         baud: line speed of a serial port. Other speeds are tried when nothing answers.
         model: use this model, whatever the robot announces. Without it an unknown subtype is an error.
         models_file: the user's file that overrides or adds entries in the table of models.
@@ -77,6 +81,7 @@ class Robot:
         self,
         url: str,
         *,
+        key: Optional[str] = None,
         baud: int = 9600,
         model: Optional[str] = None,
         models_file: Optional[str] = None,
@@ -94,13 +99,14 @@ class Robot:
         on_event: Optional[Callable[[Any], None]] = None,
         on_wire: Optional[Callable[[bool, bytes], None]] = None,
     ) -> None:
-        self.url = url
+        self.url, key_in_url = split_key(url)
         settings = Settings(
             model, models_file, pulse, use_sonar, command_timeout, max_linear, max_angular, has_gripper, tuning,
             host_baud, link_check)
         self._audience = Audience()
         self._audience.listen(on_state, on_event)
-        self._link = LinkThreads(url, baud, settings, self._audience, reconnect, on_wire)
+        self._link = LinkThreads(self.url, baud, key_in_url if key is None else key, settings, self._audience,
+                                 reconnect, on_wire)
 
     def listen(self, on_state: Optional[Callable[[RobotState], None]] = None,
                on_event: Optional[Callable[[Any], None]] = None) -> None:

@@ -19,10 +19,11 @@ from .identity import RobotIdentity
 from .line import SetBaud
 from .link import HostBaud
 from .phases import Connected
+from .ports import open_transport
 from .session import Counts, Session
 from .settings import Settings
 from .state import RobotState
-from .transport import Transport, open_transport, tap
+from .transport import Transport, tap
 
 BACK_OFF = 0.2                      # s before the next attempt to connect
 CLOSE_TIMEOUT = 0.9                 # s that close() waits for the threads
@@ -120,6 +121,21 @@ class Ending:
         return self._is_set     # another thread may have held the lock for a moment
 
 
+def opener(url: str, key: Optional[str],
+           on_wire: Optional[Callable[[bool, bytes], None]]) -> Callable[[int], Transport]:
+    """Return a function that opens the port at a line speed (baud). Nothing else knows the key.
+
+    For ``key`` and ``on_wire`` see Robot.
+    """
+    def open_port(baud: int) -> Transport:
+        transport = open_transport(url, baud, key)
+        if on_wire is not None:
+            tap(transport, on_wire)
+        return transport
+
+    return open_port
+
+
 class Connection:
     """An open port and the session on it. The caller of any method must hold the lock of the link."""
 
@@ -163,7 +179,8 @@ class LinkThreads:
     context has the lock, gives the connected robot, and writes the command at its end.
 
     Args:
-        url, baud, reconnect, on_wire: see Robot.
+        url: the port, without its key.
+        baud, key, reconnect, on_wire: see Robot.
         settings: the user's settings, until change() is called.
         audience: the listeners.
 
@@ -176,8 +193,8 @@ class LinkThreads:
         ended: set when no further attempt to connect will be made.
     """
 
-    def __init__(self, url: str, baud: int, settings: Settings, audience: Audience, reconnect: bool,
-                 on_wire: Optional[Callable[[bool, bytes], None]]) -> None:
+    def __init__(self, url: str, baud: int, key: Optional[str], settings: Settings, audience: Audience,
+                 reconnect: bool, on_wire: Optional[Callable[[bool, bytes], None]]) -> None:
         self.url = url
         self.settings = settings
         # reentrant: a signal handler may call close() while its thread holds the lock.
@@ -189,9 +206,9 @@ class LinkThreads:
         self.error: Optional[BaseException] = None
         self.ended = Ending()
         self._baud = baud
+        self._open_port = opener(url, key, on_wire)
         self._audience = audience
         self._reconnect = reconnect
-        self._on_wire = on_wire
         self._port = threading.Lock()       # held by the thread that has the port
         self._closing = False
         self._pause = 0.0       # s before the next attempt to connect
@@ -337,11 +354,9 @@ class LinkThreads:
                 self.changed.notify_all()
                 return []
         try:
-            transport = open_transport(self.url, self._baud)
+            transport = self._open_port(self._baud)
         except PioneerError as error:
             return self._failed(error)
-        if self._on_wire is not None:
-            tap(transport, self._on_wire)
         with self.changed:
             self._past, _ = self.counts()
             odometry = None if self.connection is None else self.connection.session.phase.odometry
@@ -350,7 +365,7 @@ class LinkThreads:
         return []
 
     def _rates(self, transport: Transport) -> Tuple[int, ...]:
-        """Return the line speeds (baud) to try, in this order; none on TCP."""
+        """Return the line speeds (baud) to try, in this order; none if the line has no speed."""
         if transport.baud is None:
             return ()
         # a program that crashed may have left the robot at this speed.

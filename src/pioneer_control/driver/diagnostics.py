@@ -18,7 +18,7 @@ import rospy
 
 from ..client import Event, HelmState, LinkCounts, RobotState
 from ..client.health import TASKS, Finding, Health
-from ..client.transport import tcp_address
+from ..client.ports import is_serial
 
 PERIOD = 1.0
 """Seconds between two reports when no level changes."""
@@ -30,7 +30,7 @@ class Diagnostics:
     """Publishes the diagnostics of one robot. Its methods never block the thread of the client that calls them.
 
     Args:
-        port: the serial device or TCP address, as the user gave it.
+        port: the serial device or URL, as the user gave it, but without a key.
         baud: the line speed of a serial device.
         how_to_enable: the shell command that switches the motors on, for the texts.
         obstacles: what to tell people about a lock, and about an input that has the helm: sentences by its name.
@@ -40,7 +40,7 @@ class Diagnostics:
 
     def __init__(self, port: str, baud: int, how_to_enable: str, obstacles: Mapping[str, str],
                  link: Callable[[], LinkCounts], helm: Callable[[], HelmState]) -> None:
-        self._health = Health(port, None if tcp_address(port) else baud, how_to_enable, obstacles)
+        self._health = Health(port, baud if is_serial(port) else None, how_to_enable, obstacles)
         self._link = link
         self._helm = helm
         self._findings: Dict[str, Finding] = {}

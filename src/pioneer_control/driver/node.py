@@ -21,6 +21,7 @@ from ..client import (BaudFound, CommandTimedOut, LineSpeed, LinkDown, MotionCle
                       StatesMissed, SteeredRobot, Tuned, Unmoved)
 from ..client.alarms import unmoved
 from ..errors import ParameterError, PioneerError, PortError
+from ..port_url import without_key
 from ..ros_node import init_node
 from .diagnostics import Diagnostics
 from .helm_topic import HelmPublisher
@@ -53,7 +54,7 @@ class DriverNode:
             BY_HAND: "a person has the helm (%s); programs may command again after: rosservice call %s"
                      % (BY_HAND, rospy.resolve_name("teleop/release")),
         }
-        self._diagnostics = Diagnostics(parameters.port, parameters.baud, how_to_enable, obstacles,
+        self._diagnostics = Diagnostics(without_key(parameters.port), parameters.baud, how_to_enable, obstacles,
                                         lambda: self._robot.link, lambda: self._steered.state())
         self._asked_to_end = False
         self._started = monotonic()
@@ -110,7 +111,7 @@ class DriverNode:
         rospy.on_shutdown(self._end)
         if rospy.is_shutdown():     # then rospy does not call it any more
             self._end()
-        rospy.loginfo("looking for a robot on %s", self._parameters.port)
+        rospy.loginfo("looking for a robot on %s", self._robot.url)
         try:
             self._robot.start()
             self._diagnostics.start()

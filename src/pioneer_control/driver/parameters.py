@@ -61,7 +61,7 @@ When a parameter has its default value, the robot keeps its own value.
 class DriverParameters:
     """The checked private parameters of the driver. Many names are those of the ROS package p2os."""
 
-    port: str = parameter("/dev/ttyUSB0", Text(), "serial device, or socket://host:port")
+    port: str = parameter("/dev/ttyUSB0", Text(), "serial device, socket://host:port, or ws://host:port/path#key=KEY")
     baud: int = parameter(9600, Choice(BAUD_RATES), "line speed tried first, the others follow", "baud")
     host_baud: int = parameter(0, Choice((0,) + BAUD_RATES), "line speed to change to once connected; 0: none", "baud")
     model: str = parameter("", Text(empty=True), "robot model to assume; empty: what the robot says it is")

@@ -1,7 +1,6 @@
 """Simulated robots on the command line, without ROS: ``python3 -m pioneer_control.simulator --tcp 8101``."""
 
 import argparse
-import resource
 import signal
 import sys
 import textwrap
@@ -14,7 +13,8 @@ from ..robots import find_model, load_table
 from .hardware import load_numbers
 from .line import Fault, LineRecorder, LineSimulation, Server, fault_of, load_faults
 from .line.faults import KINDS
-from .line.server import SPEEDS, STANDARD_PORT
+from .line.lines import STANDARD_PORT
+from .line.server import SPEEDS
 from .played import PlayedRobot, compare, play_client
 from .simulation import MOST_ROBOTS, Simulation, simulate
 from .world import known_worlds, load_world
@@ -44,8 +44,7 @@ def serve(options: argparse.Namespace) -> int:
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
-    most_files = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
-    resource.setrlimit(resource.RLIMIT_NOFILE, (most_files, most_files))    # many robots need many open files
+    allow_many_files()
     robots: Union[Simulation, PlayedRobot] = simulation_of(options) if options.play is None else played_robot(options)
     server = Server(robots, options.tcp, options.pty, speed=options.speed, seed=options.seed, faults=faults_of(options),
                     record=options.record, say=say)
@@ -61,6 +60,16 @@ def serve(options: argparse.Namespace) -> int:
         return 0 if stop.is_set() else 1
     finally:
         server.stop()
+
+
+def allow_many_files() -> None:
+    """Let this process open as many files as the system allows: many robots need many. Windows has no such limit."""
+    try:
+        import resource
+    except ImportError:
+        return
+    most_files = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
+    resource.setrlimit(resource.RLIMIT_NOFILE, (most_files, most_files))
 
 
 def simulation_of(options: argparse.Namespace) -> Simulation:

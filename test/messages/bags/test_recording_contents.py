@@ -172,6 +172,13 @@ class TestDescription:
         text = description.text_of(self.made(owner="Zoë"))
         assert text.startswith("recording:") and "owner: Zoë" in text
 
+    def test_the_key_of_a_port_is_left_out(self):
+        made = self.made(pioneer={"p2os": {"port": "ws://teacher:8080/robot/7#key=sesame"}}, note="press # to answer")
+        text = description.text_of(made)
+        assert "sesame" not in text and "key" not in text
+        assert description.description_of(text).parameters == {
+            "pioneer": {"p2os": {"port": "ws://teacher:8080/robot/7"}}, "note": "press # to answer"}
+
     def test_what_a_text_leaves_empty_is_empty(self):
         made = description.description_of("recording: {robots: [a]}\nparameters:\n")
         assert made == ({"robots": ["a"]}, {}, {}, {}) and made.parameters_of("/a") == {}

@@ -42,6 +42,7 @@ class Bottle:
         self.published = defaultdict(list)      # topic: [(time, message)]
         self.said = []                          # (level, text)
         self.opened = []                        # (url, baud)
+        self.keys = set()                       # with which it was opened
         self.heard = []                         # by the robot: (time, command, value)
         self.velocities = []                    # what it really does: (s since it was ready, (m/s, rad/s))
         self.line = None
@@ -91,8 +92,9 @@ class Bottle:
         """Put the cable back."""
         self._plugged = True
 
-    def open(self, url, baud):
+    def open(self, url, baud, key):
         """Return the line to the robot. The client calls this instead of opening a port."""
+        self.keys.add(key)
         if not self._plugged:
             for _ in range(round(BACK_OFF / STEP)):
                 self.pass_time(STEP)

@@ -5,7 +5,7 @@ in memory.
 import subprocess
 import sys
 
-NOT_NEEDED = {"actionlib", "matplotlib", "PyKDL", "tf", "tf2_py", "tf2_ros",
+NOT_NEEDED = {"actionlib", "matplotlib", "PyKDL", "serial", "tf", "tf2_py", "tf2_ros", "websocket",
               "pioneer_control.bags", "pioneer_control.simulator", "pioneer_control.tutorial"}
 
 

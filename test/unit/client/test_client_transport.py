@@ -1,19 +1,24 @@
 """Ports of every kind, and the errors of ports that do not open."""
 
 import errno
+import grp
 import os
 import pty
 import select
 import socket
 import stat
+import sys
 import threading
 import types
 
 import pytest
 import serial
 
-from pioneer_control.client import transport
-from pioneer_control.client.transport import open_transport, tcp_address
+from serial.tools import list_ports
+
+from pioneer_control.client import serial_port, transport
+from pioneer_control.client.ports import is_serial, open_transport
+from pioneer_control.client.tcp import tcp_address
 from pioneer_control.errors import LinkLostError, PortError
 
 
@@ -21,9 +26,17 @@ from pioneer_control.errors import LinkLostError, PortError
     ("socket://localhost:8101", ("localhost", 8101)), ("10.0.0.7:8101", ("10.0.0.7", 8101)),
     ("tcp://robot:9000", ("robot", 9000)), ("robot:9000", ("robot", 9000)), ("socket://robot", ("robot", 8101)),
     ("socket://[::1]:5", ("::1", 5)), ("[::1]:5", ("::1", 5)),
-    ("/dev/ttyUSB0", None), ("/tmp/pty:1", None), ("COM1", None), ("http://robot:1", None)])
+    ("/dev/ttyUSB0", None), ("/tmp/pty:1", None), ("COM1", None)])
 def test_the_url_chooses(url, address):
     assert tcp_address(url) == address
+    assert is_serial(url) == (address is None)
+
+
+@pytest.fixture(params=["waited for", "polled"])
+def every_way(request, monkeypatch):
+    """Serial ports as everywhere, and as on Windows."""
+    monkeypatch.setattr(serial_port, "POLLED", request.param == "polled")
+    return request.param
 
 
 @pytest.fixture
@@ -57,14 +70,17 @@ def connected(listener):
     return line, other
 
 
-def test_a_pty_carries_every_byte_both_ways(pseudo_terminal):
+def test_a_pty_carries_every_byte_both_ways(pseudo_terminal, every_way):
     master, path = pseudo_terminal
     line = open_transport(path, 38400)
     every = bytes(range(256))
     line.write(every)
     assert os.read(master, 1000) == every
     os.write(master, every)
-    assert line.read(1.0) == every
+    received = b""
+    while len(received) < len(every):
+        received += line.read(5.0)
+    assert received == every
     assert line.baud == 38400
     line.set_baud(9600)
     assert line.baud == 9600
@@ -80,6 +96,28 @@ def test_tcp_carries_every_byte_both_ways(peer):
     assert line.read(5.0) == every
     assert line.baud is None
     other.close()
+    line.close()
+
+
+def test_a_read_of_a_serial_port_without_bytes_ends_empty_and_can_be_woken(pseudo_terminal, every_way):
+    line = open_transport(pseudo_terminal[1], 9600)
+    assert line.read(0.01) == b"" and line.read(-1.0) == b""
+    line.wake()
+    assert line.read(60.0) == b""
+    waiting = threading.Thread(target=line.read, args=(60.0,))
+    waiting.start()
+    line.wake()
+    waiting.join(5.0)
+    assert not waiting.is_alive()
+    line.close()
+
+
+def test_a_serial_port_that_takes_no_bytes_is_lost(pseudo_terminal, every_way):
+    line = open_transport(pseudo_terminal[1], 9600)
+    with pytest.raises(LinkLostError, match="takes no more bytes"):
+        for _ in range(100):
+            line.write(bytes(1000))
+    os.read(pseudo_terminal[0], 100000)     # else closing would wait for these bytes
     line.close()
 
 
@@ -129,16 +167,18 @@ def test_the_other_side_is_gone_tcp(peer, leave):
     line.close()
 
 
-def test_the_other_side_is_gone_pty(pseudo_terminal):
+def test_the_other_side_is_gone_pty(pseudo_terminal, every_way):
     master, path = pseudo_terminal
     line = open_transport(path, 9600)
     os.close(master)
     with pytest.raises(LinkLostError, match=path):
         line.read(5.0)
+    with pytest.raises(LinkLostError, match=path):
+        line.write(b"too late")
     line.close()
 
 
-def test_an_unplugged_adapter_that_fails_once_more_at_its_end_ends_no_program(pseudo_terminal, monkeypatch):
+def test_an_unplugged_adapter_that_fails_once_more_at_its_end_ends_no_program(pseudo_terminal, monkeypatch, every_way):
     def fail():
         raise OSError(errno.EIO, os.strerror(errno.EIO))
 
@@ -186,11 +226,11 @@ def test_a_serial_port_is_locked(pseudo_terminal):
 
 
 def test_no_such_port_names_those_that_are_there(monkeypatch):
-    monkeypatch.setattr(transport.list_ports, "comports", lambda: [types.SimpleNamespace(device="/dev/ttyUSB7")])
+    monkeypatch.setattr(list_ports, "comports", lambda: [types.SimpleNamespace(device="/dev/ttyUSB7")])
     message = "/dev/nonesuch: no such port.*/dev/ttyUSB7.*pioneer_control.simulator.*in ROS.*sim:=true"
     with pytest.raises(PortError, match=message):
         open_transport("/dev/nonesuch", 9600)
-    monkeypatch.setattr(transport.list_ports, "comports", lambda: [])
+    monkeypatch.setattr(list_ports, "comports", lambda: [])
     with pytest.raises(PortError, match="machine: none"):
         open_transport("/dev/nonesuch/port", 9600)
 
@@ -209,11 +249,11 @@ def test_no_permission_names_the_group_and_the_command(monkeypatch, mode, gid, m
     def refuse(*_, **__):
         raise serial.SerialException(errno.EACCES, "Permission denied")
 
-    monkeypatch.setattr(transport.serial, "Serial", refuse)
+    monkeypatch.setattr(serial, "Serial", refuse)
     port, groups = types.SimpleNamespace(st_mode=stat.S_IFCHR | mode, st_gid=gid), {20: "dialout"}
-    monkeypatch.setattr(transport.os, "stat", lambda path: port)
+    monkeypatch.setattr(serial_port.os, "stat", lambda path: port)
     monkeypatch.setattr(
-        transport.grp, "getgrgid", lambda number: types.SimpleNamespace(gr_name=groups[number]))
+        grp, "getgrgid", lambda number: types.SimpleNamespace(gr_name=groups[number]))
     with pytest.raises(PortError, match="/dev/ttyUSB0: no permission.*" + message):
         open_transport("/dev/ttyUSB0", 9600)
 
@@ -222,7 +262,7 @@ def test_busy_by_the_kernels_word(monkeypatch):
     def refuse(*_, **__):
         raise serial.SerialException(errno.EBUSY, "Device or resource busy")
 
-    monkeypatch.setattr(transport.serial, "Serial", refuse)
+    monkeypatch.setattr(serial, "Serial", refuse)
     with pytest.raises(PortError, match="in use"):
         open_transport("/dev/ttyUSB0", 9600)
 
@@ -238,12 +278,29 @@ def test_other_ports_that_do_not_open(url, message):
         open_transport(url, 9600)
 
 
+def test_windows_says_itself_why_a_port_does_not_open(monkeypatch):
+    def refuse(*_, **__):
+        raise serial.SerialException("could not open port 'COM9': PermissionError(13, 'Access is denied.', None, 5)")
+
+    monkeypatch.setattr(serial_port, "POLLED", True)
+    monkeypatch.setattr(serial, "Serial", refuse)
+    monkeypatch.setattr(list_ports, "comports", lambda: [types.SimpleNamespace(device="COM3")])
+    with pytest.raises(PortError, match="^COM9: could not open .*Access is denied.*Serial ports of this machine: COM3"):
+        open_transport("COM9", 9600)
+
+
+def test_a_serial_port_without_pyserial_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "serial", None)
+    with pytest.raises(PortError, match="/dev/ttyUSB0: .*pip install pyserial"):
+        open_transport("/dev/ttyUSB0", 9600)
+
+
 def test_a_silly_baud_rate(pseudo_terminal):
     with pytest.raises(PortError, match="-5|baud"):
         open_transport(pseudo_terminal[1], -5)
 
 
-def test_a_speed_that_the_adapter_does_not_have_loses_the_link_and_nothing_worse(pseudo_terminal):
+def test_a_speed_that_the_adapter_does_not_have_loses_the_link_and_nothing_worse(pseudo_terminal, every_way):
     line = open_transport(pseudo_terminal[1], 9600)
     with pytest.raises(LinkLostError, match="cannot change to -1 baud"):
         line.set_baud(-1)
@@ -262,7 +319,7 @@ def test_a_host_that_never_answers(monkeypatch):
     def hang(*_, **__):
         raise socket.timeout("timed out")
 
-    monkeypatch.setattr(transport.socket, "create_connection", hang)
+    monkeypatch.setattr(socket, "create_connection", hang)
     with pytest.raises(PortError, match="no answer from robot within 3 s"):
         open_transport("robot:8101", 9600)
 

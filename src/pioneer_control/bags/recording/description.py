@@ -25,6 +25,7 @@ import yaml
 
 from ... import __version__
 from ...errors import UsageError
+from ...port_url import without_key
 
 
 class Description(NamedTuple):
@@ -50,12 +51,16 @@ class Description(NamedTuple):
 
 
 class _Dumper(yaml.SafeDumper):
-    """A YAML dumper for parameters. It writes XML-RPC values, such as dates, as text, and never writes aliases."""
+    """A YAML dumper for parameters. It writes XML-RPC values, such as dates, as text, and never writes aliases.
+
+    It leaves out the key of a port's URL: whoever gets the bag shall not get the robot.
+    """
 
     def ignore_aliases(self, data: Any) -> bool:
         return True
 
 
+_Dumper.add_representer(str, lambda dumper, value: dumper.represent_str(without_key(value)))
 _Dumper.add_multi_representer(object, lambda dumper, value: dumper.represent_str(str(getattr(value, "data", value))))
 
 

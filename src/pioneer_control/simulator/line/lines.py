@@ -6,13 +6,10 @@ first, as on a serial line.
 
 import collections
 import errno
-import fcntl
 import os
-import select
+import selectors
 import socket
 import struct
-import termios
-import tty
 from abc import ABC, abstractmethod
 from io import FileIO
 from typing import Any, Deque, List, Optional, Sequence, Tuple, Union
@@ -21,6 +18,17 @@ from ...errors import PortError
 from ...p2os import BAUD_RATES
 from .uart import as_heard
 
+try:
+    import fcntl
+    import termios
+    import tty
+except ImportError:     # there are no pseudo-terminals on Windows
+    HAS_TERMINALS = False
+else:
+    HAS_TERMINALS = True
+
+STANDARD_PORT = 8101
+"""TCP port on which clients of a Pioneer expect a simulator (protocol 2.1)."""
 UNREAD_LIMIT = 8 * 1024
 """Largest number of bytes that are buffered for a TCP client that does not read: about ten seconds of SIPs.
 
@@ -32,10 +40,13 @@ PTY_UNREAD_LIMIT = 1024
 So a client that connects later receives no old SIPs.
 """
 BACKLOG = 4
+SELECTOR = getattr(selectors, "PollSelector", selectors.SelectSelector)
+"""A selector that needs no open file of its own: there may be hundreds of lines. Windows has no PollSelector."""
 CHUNK = 4096
 ISPEED, OSPEED = 4, 5
 """Indices of the input speed and the output speed in the result of `termios.tcgetattr`."""
-BAUD_RATE_OF = {getattr(termios, "B%s" % baud): baud for baud in (300, 600, 1200, 2400, 4800, *BAUD_RATES, 230400)}
+BAUD_RATE_OF = {getattr(termios, "B%s" % baud): baud
+                for baud in (300, 600, 1200, 2400, 4800, *BAUD_RATES, 230400) if HAS_TERMINALS}
 """Baud rates by their constants in `termios`.
 
 A client's baud rate that is not in this table is taken to be equal to the robot's.
@@ -130,7 +141,7 @@ class TcpLine(_Line):
         Args:
             busy: drop the bytes of the client, and accept no client.
         """
-        another_waits = bool(self._waiting.poll(0))     # what this client sent before the other came is here now
+        another_waits = bool(self._waiting.select(0))   # what this client sent before the other came is here now
         data = self._receive()
         if another_waits and not data and self._welcome(busy):      # the last bytes of a client may end its session
             data = self._receive()
@@ -162,21 +173,18 @@ class TcpLine(_Line):
         self._dismiss()
         if self.plugged:
             self.plugged = False
+            self._waiting.close()
             self._listener.close()
 
     def _open(self) -> None:
-        self._listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-        self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        self._listener.setblocking(False)
         try:
-            self._listener.bind((self.host, self.port))
-            self._listener.listen(BACKLOG)
+            self._listener = socket.create_server((self.host, self.port), backlog=BACKLOG)
         except OSError as error:
-            self._listener.close()
             problem = TCP_PROBLEMS.get(error.errno or 0, "cannot open TCP port %(port)d of %(host)s: %(why)s")
             raise PortError(problem % dict(port=self.port, host=self.host, why=error.strerror or error)) from error
-        self._waiting = select.poll()
-        self._waiting.register(self._listener, select.POLLIN)
+        self._listener.setblocking(False)
+        self._waiting = SELECTOR()
+        self._waiting.register(self._listener, selectors.EVENT_READ)
         self.host, self.port = self._listener.getsockname()
 
     def _welcome(self, busy: bool) -> bool:
@@ -235,11 +243,14 @@ class PtyLine(_Line):
         baud: baud rate of the robot's end, and of the client's end until a client sets another.
 
     Raises:
-        PortError: the link cannot be made. The message has the reason.
+        PortError: the link cannot be made, or this system has no pseudo-terminals. The message has the reason.
     """
 
     def __init__(self, link: str, baud: int = 9600):
         super().__init__(baud)
+        if not HAS_TERMINALS:
+            raise PortError("cannot make %s: this system has no pseudo-terminals. Give a TCP port instead: --tcp %d,"
+                            " and to the client socket://localhost:%d" % (link, STANDARD_PORT, STANDARD_PORT))
         self.link = link
         is_ours = os.path.islink(link) and (os.readlink(link).startswith("/dev/pts/") or not os.path.exists(link))
         if os.path.lexists(link) and not is_ours:

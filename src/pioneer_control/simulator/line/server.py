@@ -20,11 +20,9 @@ from ..firmware import Firmware, FirmwareState, RobotOnLine
 from .faults import Fault
 from .line_recorder import LineRecorder
 from .line_simulation import Arrival, LineSimulation
-from .lines import ServedLine, PtyLine, TcpLine, host_and_port
+from .lines import STANDARD_PORT, PtyLine, ServedLine, TcpLine, host_and_port
 from .robot_link import RobotsInTime
 
-STANDARD_PORT = 8101
-"""TCP port on which clients of a Pioneer expect a simulator (protocol 2.1)."""
 LONGEST_LAG = 0.25
 """Longest simulated time (s) for which the simulation catches up after a delay of this process.
 
@@ -204,7 +202,7 @@ class Server:
         try:
             while not self._stopping.is_set():
                 until_us = self.simulation.next_us if self.watched else self.simulation.news_us
-                ready = self._selector.select(max(0.0, (until_us - target_us) * 1e-6 / self.speed))
+                ready = self._wait(max(0.0, (until_us - target_us) * 1e-6 / self.speed))
                 with self.lock:
                     now = time.monotonic()
                     target_us += min((now - last) * self.speed, LONGEST_LAG) * 1e6
@@ -216,6 +214,13 @@ class Server:
                     self._resume()
         finally:
             self._close()
+
+    def _wait(self, timeout: float) -> List[Any]:
+        """Wait until a line has work to do, `timeout` s at most. Return the lines as the selector does."""
+        if self._selector.get_map():
+            return self._selector.select(timeout)
+        self._stopping.wait(timeout)    # all cables are unplugged, and Windows cannot wait for no files
+        return []
 
     def _serve(self, berth: Berth, line: ServedLine, now: float) -> None:
         """Read the bytes that are ready on a line, and let its robot answer. `now` is the real time (s)."""
