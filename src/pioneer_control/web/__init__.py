@@ -1,8 +1,22 @@
-"""The page in a browser: robots live, driven by hand.
+"""The page in a browser: robots live, driven by hand. ``python3 -m pioneer_control.web`` shows a simulated robot.
+
+Two processes. The **owner** has the robots and decides who may tell them what. The **server** is its child: it passes
+pictures to browsers, and orders back. It may die or hang at any time: the robots stop, and another one begins.
+
+::
+
+    robot == client.Robot == client_robot == owner == exchange == server == WebSocket == page/
+                                    seats __/             fleet __/
 
 =================  ====================================================================================
+``__main__``       the program: starts a simulated robot if none is named, prints the address
+``owner``          the process that owns robots: its loop, and the server as its child
 ``seats``          who may tell which robot what
+``client_robot``   one robot of the client library: its frames, status and controls
+``plain_helm``     a velocity that lives for a time, and locks
 ``backend``        what lies between the page and robots of any kind
+``exchange``       the messages between owner and server
+``server``         HTTP and WebSocket, with tornado
 ``guard``          who may talk to the server, and which files it has
 ``fleet``          what each viewer gets, and when
 ``orders``         the messages of the page, checked
@@ -10,6 +24,7 @@
 ``columns``        the same of a whole recording
 ``trail``          the way that a robot went lately
 ``program_line``   the robot's side of the line to a program that shares its robot with persons
+``tied``           runs a program as a child that ends with its parent
 =================  ====================================================================================
 
 ``docs/page-protocol.md`` says what page and server say to each other.
