@@ -13,7 +13,6 @@ pictures to browsers, and orders back. It may die or hang at any time: the robot
 ``owner``          the process that owns robots: its loop, and the server as its child
 ``seats``          who may tell which robot what
 ``client_robot``   one robot of the client library: its frames, status and controls
-``plain_helm``     a velocity that lives for a time, and locks
 ``backend``        what lies between the page and robots of any kind
 ``exchange``       the messages between owner and server
 ``server``         HTTP and WebSocket, with tornado

@@ -6,16 +6,17 @@ from time import monotonic
 from typing import Any, Callable, Dict, List, Mapping, Optional, Tuple
 
 from ..client import (NO_ECHO, CommandTimedOut, Event, GripperReading, LinkDown, MotionCleared, Ready, Robot,
-                      RobotIdentity, RobotState, Unmoved)
+                      RobotIdentity, RobotState, SteeredRobot, Unmoved)
 from ..client.fault_flags import Level
 from ..client.health import CHARGING, Finding, Health, LinkWindow
+from ..client.helm import VelocityInput
 from ..client.transport import tcp_address
 from ..errors import PioneerError
 from ..p2os import Flags, GripperCommand
-from .backend import Feed
+from .backend import VELOCITY_LIVES, Feed
 from .frames import FrameFlags, GripperBits, RobotFrame, encode_frame, stamp_of
 from .orders import GRIPPER_COMMANDS
-from .plain_helm import PlainHelm
+from .program_line import INPUT as PROGRAM
 from .trail import Trail
 
 COMMAND_TIMEOUT = 0.5   # s: the client's own dead man, behind that of the helm
@@ -27,6 +28,12 @@ CONE = math.radians(15)
 """Half of the angle of a sonar cone (rad)."""
 INPUT, LOCK = "page", "stop"
 """The names by which the page is known to the helm: as an input, and as who locks."""
+INPUTS = {
+    PROGRAM: VelocityInput(10, 0.6),
+    INPUT: VelocityInput(100, VELOCITY_LIVES, keeps_helm=True),
+}
+"""Who may command a robot, for the helm."""
+OBSTACLES = {LOCK: "it is locked: unlock it first", INPUT: "a person has the helm"}
 COMMANDS = dict(zip(GRIPPER_COMMANDS, (
     GripperCommand.OPEN, GripperCommand.CLOSE, GripperCommand.LIFT_UP, GripperCommand.LIFT_DOWN, GripperCommand.HALT,
     GripperCommand.DEPLOY, GripperCommand.STORE)))
@@ -147,17 +154,20 @@ class ClientRobot:
         url: its port, as Robot takes it.
         feed: takes frames, at once and from any thread.
         post: called with each event but states, from any thread.
+        on_change: called, from any thread, when it changes who commands the robot. It must only take note.
         simulated: whether it is a simulated robot.
         options: more arguments for Robot.
     """
 
     def __init__(self, number: int, url: str, feed: Feed, post: Callable[["ClientRobot", Event], None],
-                 simulated: bool = False, **options: Any) -> None:
+                 on_change: Callable[[], None], simulated: bool = False, **options: Any) -> None:
         self.number, self.url, self.simulated = number, url, simulated
         self.trail = Trail()
         self.robot = Robot(url, reconnect=True, command_timeout=COMMAND_TIMEOUT, on_state=self._on_state,
                            on_event=self._on_event, **options)
-        self.helm = PlainHelm(self.robot)
+        self.steered = SteeredRobot(self.robot, INPUTS, OBSTACLES, on_change)
+        self.has_programs = False
+        """Whether programs have a line to this robot (see `program_line`)."""
         self.asked: Optional[int] = None
         """The viewer who asked for the motors last."""
         self.introduced = False
@@ -219,7 +229,7 @@ class ClientRobot:
                 return
             self._framed_at = now
             try:
-                frame = encode_frame(frame_of(self.number, state, now, self._lost is None, bool(self.helm.locks)))
+                frame = encode_frame(frame_of(self.number, state, now, self._lost is None, bool(self.locks)))
             except PioneerError as error:   # a pose that no robot has; a listener that raises would end the link
                 self._lost = str(error)
                 return
@@ -227,46 +237,49 @@ class ClientRobot:
 
     # Controls
 
-    def drive(self, linear: float, angular: float, timeout: float) -> None:
+    def drive(self, linear: float, angular: float) -> None:
         """Drive for a time. See Controls.drive()."""
-        self.helm.drive(INPUT, linear, angular, timeout, monotonic())
+        self.steered.set_velocity(INPUT, linear, angular)
 
     def stop(self) -> None:
         """End what drive() began, at once."""
-        self.helm.stop()
+        self.robot.stop()
 
     def lock(self) -> None:
         """Stop, and let nothing but zero through."""
-        self.helm.lock(LOCK)
+        self.steered.lock(LOCK)
         self._framed_at = -math.inf     # the flag is shown at once
 
     def unlock(self) -> None:
         """Take the lock away."""
-        self.helm.unlock(LOCK)
+        self.steered.unlock(LOCK)
         self._framed_at = -math.inf
 
     def motors(self, on: bool) -> None:
         """Ask for motors on or off. The result comes as an event."""
-        self.robot.request_motors(on)
+        self.steered.request_motors(on)
 
     def gripper(self, command: str) -> None:
         """Give the gripper one of orders.GRIPPER_COMMANDS."""
-        self.robot.gripper(COMMANDS[command])
+        self.steered.move_gripper(INPUT, [(COMMANDS[command], None)], command == "stop")
 
     def take(self) -> None:
-        """Lock programs out."""
-        self.helm.take(INPUT)
+        """Stop what programs do, and lock them out."""
+        self.steered.take(INPUT)
 
     def release(self) -> None:
         """Let programs command again."""
-        self.helm.release()
+        self.steered.release()
 
     @property
     def locks(self) -> Tuple[str, ...]:
         """Why the robot stands whatever it is told."""
-        return self.helm.locks
+        return self.steered.state().locks
 
     @property
     def programs(self) -> str:
         """Whether programs may command."""
-        return self.helm.programs
+        if not self.has_programs:
+            return "none"
+        state = self.steered.state()
+        return "driving" if state.commander == PROGRAM else "locked out" if state.holder == INPUT else "free"

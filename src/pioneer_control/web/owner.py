@@ -120,7 +120,7 @@ class Owner:
         self.server: Optional[ServerProcess] = None
         """The present server; None for a moment, after one died."""
         self._robots: Dict[int, ClientRobot] = {
-            number: ClientRobot(number, url, self.outbox, self._post, simulated, **options)
+            number: ClientRobot(number, url, self.outbox, self._post, self._wake, simulated, **options)
             for number, url in enumerate(urls, 1)}
         self._seats = Seats()
         self._listening, self._told, self._folder, self._say = listening, told, folder, say
@@ -162,16 +162,13 @@ class Owner:
         now = monotonic()
         if self.server is None and now >= self._restart_at:
             self._start_server()
-        due = min([robot.helm.due for robot in self._robots.values()], default=math.inf)
-        for key, events in self._selector.select(max(0.0, min(TICK, due - now))):
+        for key, events in self._selector.select(TICK):
             if key.fileobj is self._wake_end:
                 with contextlib.suppress(BlockingIOError):
                     self._wake_end.recv(READ_SIZE)
             elif events & selectors.EVENT_READ:
                 self._hear()
         now = monotonic()
-        for robot in self._robots.values():
-            robot.helm.tick(now)
         while self._posted:
             self._take(*self._posted.popleft())
         self._watch(now)

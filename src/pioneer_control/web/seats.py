@@ -22,7 +22,7 @@ Who holds a key down while the robot is unlocked must let go first: an unlock al
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Tuple
 
 from ..errors import PioneerError, RefusedError
-from .backend import Controls, Person
+from .backend import VELOCITY_LIVES, Controls, Person
 from .frames import stamp_age
 from .orders import (ALL, DriveOrder, GripperOrder, HelmOrder, LimitOrder, MotorsOrder, ReleaseOrder, StopOrder,
                      TakeOrder, UnlockOrder)
@@ -30,7 +30,6 @@ from .orders import (ALL, DriveOrder, GripperOrder, HelmOrder, LimitOrder, Motor
 LEASE = 2.0             # s after the last order that needs the seat
 FRESH = 0.4             # s: the oldest stamp with which a person may drive
 PICTURE = 2.0           # s: the oldest picture with which a person may give other orders
-VELOCITY_LIVES = 0.4    # s
 LET_GO = 0.5            # s without a velocity: the hand is gone
 SLOW = 0.2              # m/s: the first limit of each robot
 
@@ -187,7 +186,7 @@ class Seats:
         if stamp_age(order.stamp, now) > FRESH:
             raise RefusedError("refused: the picture was more than %g s old" % FRESH)
         linear, angular = seat.limits
-        seat.controls.drive(order.forward * linear, order.turn * angular, VELOCITY_LIVES)
+        seat.controls.drive(order.forward * linear, order.turn * angular)
         seat.moved_until = now + VELOCITY_LIVES
         self._sit(person, seat, now)
 

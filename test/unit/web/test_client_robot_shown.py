@@ -14,10 +14,11 @@ from pioneer_control.client.state import RobotState
 from pioneer_control.errors import LinkLostError, RefusedError
 from pioneer_control.p2os import ChargeState, Flags, GripperCommand, GripState
 from pioneer_control.robots import find_model
-from pioneer_control.web.client_robot import COMMANDS, entry_of, frame_of, gripper_bits, sentence_of, status_of
+from pioneer_control.web.client_robot import (
+    COMMANDS, ClientRobot, entry_of, frame_of, gripper_bits, sentence_of, status_of)
 from pioneer_control.web.frames import FrameFlags, GripperBits, RobotFrame, encode_frame
 from pioneer_control.web.orders import GRIPPER_COMMANDS
-from pioneer_control.web.plain_helm import PlainHelm
+from pioneer_control.web.program_line import INPUT as PROGRAM
 
 MODEL = find_model("p3dx-sh")
 STATE = RobotState(
@@ -124,40 +125,37 @@ def test_events_are_told(event, level, words):
     assert told[0] == level and words in told[1]
 
 
-class Wheels:
-    """What PlainHelm needs of a Robot."""
+class Outside:
+    """A feed, and what else a robot calls."""
 
     def __init__(self):
-        self.told = []
+        self.frames, self.changes = [], []
 
-    def set_velocity(self, linear, angular):
-        self.told.append((linear, angular))
-
-    def stop(self):
-        self.told.append("stop")
+    def frame(self, frame):
+        self.frames.append(frame)
 
 
-def test_a_velocity_lives_for_its_time():
-    wheels = Wheels()
-    helm = PlainHelm(wheels)
-    assert helm.due == math.inf
-    helm.drive("page", 0.2, 0.0, 0.4, 10.0)
-    helm.tick(10.39)
-    assert wheels.told == [(0.2, 0.0)] and helm.due == pytest.approx(10.4)
-    helm.tick(10.4)
-    helm.tick(99.0)
-    assert wheels.told == [(0.2, 0.0), "stop"]
-
-
-def test_a_lock_stops_and_lets_only_zero_through():
-    wheels = Wheels()
-    helm = PlainHelm(wheels)
-    helm.lock("stop")
-    assert wheels.told == ["stop"] and helm.locks == ("stop",)
-    with pytest.raises(RefusedError, match="stop"):
-        helm.drive("page", 0.1, 0.0, 0.4, 10.0)
-    helm.drive("page", 0.0, 0.0, 0.4, 10.0)
-    helm.unlock("stop")
-    helm.unlock("stop")
-    helm.drive("page", 0.1, 0.0, 0.4, 10.0)
-    assert wheels.told == ["stop", (0.0, 0.0), (0.1, 0.0)]
+def test_who_may_command_in_the_words_of_the_page():
+    """A program drives, a person takes over and locks it out, and gives it back; a lock is before all."""
+    outside = Outside()
+    robot = ClientRobot(1, "socket://127.0.0.1:1", outside, lambda *_: None, lambda: outside.changes.append(1))
+    robot.robot.set_velocity = lambda *_: None      # it has no link
+    assert robot.programs == "none" and robot.locks == ()
+    robot.has_programs = True
+    assert robot.programs == "free"
+    robot.steered.set_velocity(PROGRAM, 0.1, 0.0)
+    assert robot.programs == "driving"
+    robot.drive(0.1, 0.0)
+    assert robot.programs == "locked out"
+    with pytest.raises(RefusedError, match="a person has the helm"):
+        robot.steered.set_velocity(PROGRAM, 0.1, 0.0)
+    robot.release()
+    robot.lock()
+    assert robot.locks == ("stop",) and outside.changes
+    for drive in (robot.drive, lambda *velocity: robot.steered.set_velocity(PROGRAM, *velocity)):
+        with pytest.raises(RefusedError, match="unlock it first"):
+            drive(0.1, 0.0)
+    robot.unlock()
+    assert robot.programs == "free" and robot.locks == ()
+    robot.take()
+    assert robot.programs == "locked out"
