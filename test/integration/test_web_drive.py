@@ -9,6 +9,8 @@ import time
 
 import pytest
 
+from pioneer_control.web.frames import stamp_age
+
 from web_site import PERIOD, Viewer, freeze, signal_server, site_with_robot
 from real_time import until
 
@@ -118,6 +120,29 @@ def test_a_stopped_web_server_stops_the_robot_and_what_it_queued_moves_nothing(a
         until(lambda: viewer.frames[1].stamp != stamp, "the picture goes on")
         assert heard.moves(going_on) == [] and stands(robot)
         driving(viewer, robot, heard)
+
+
+def test_an_unlock_that_waited_in_a_stopped_server_is_refused(all_of_it):
+    """Also orders without a stamp do not come late: they count with the picture on the screen."""
+    site, robot, heard = all_of_it
+    with Viewer(site) as viewer:
+        viewer.switch_motors_on()
+        viewer.do("stop", robot=1)
+        until(lambda: viewer.frames[1].flags & 256, "locked")
+        pid, at = freeze(site)
+        time.sleep(0.3)         # what was under way has been drawn
+        stamp = viewer.frames[1].stamp
+        until(lambda: stamp_age(stamp, time.monotonic()) > 2.2, "the picture is old")
+        for do in ("unlock", "take", "release"):
+            viewer.do(do, robot=1)
+        viewer.do("gripper", robot=1, command="close")
+        os.kill(pid, signal.SIGCONT)
+        until(lambda: viewer.said("picture was more than 2 s old"), "refused")
+        until(lambda: viewer.frames[1].stamp != stamp, "the picture goes on")
+        viewer.do("ping", at=1)
+        until(lambda: viewer.of("pong"), "all was heard")
+        assert viewer.frames[1].flags & 256 and viewer.newest("helm")["locks"] == ["stop"]
+        assert not [each for each in heard.since(at) if each[1] in ("GRIPPER", "ENABLE")]
 
 
 def test_a_server_that_is_stopped_for_good_is_replaced(all_of_it):

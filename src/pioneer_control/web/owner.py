@@ -182,17 +182,20 @@ class Owner:
             return
         try:
             data = server.end.recv(READ_SIZE)
-            parts = server.unpacker.take(data)
         except BlockingIOError:
             return
-        except (OSError, PioneerError):     # PioneerError: what no server of ours says
-            data, parts = b"", []
+        except OSError:
+            data = b""
         if not data:
             self._drop_server()
             return
         server.heard, server.speaks, self._is_lost = monotonic(), True, False
-        for part in parts:
-            self._obey(part)
+        try:
+            for part in server.unpacker.take(data):
+                self._obey(part)
+        except (ValueError, TypeError, LookupError, AttributeError) as error:
+            self._say("the web server said what makes no sense, and is replaced: %s" % error)
+            self._drop_server()
 
     def _obey(self, part: Part) -> None:
         kind, contents = part
@@ -204,7 +207,7 @@ class Owner:
             try:
                 self._do(person, value["message"])
             except PioneerError as error:
-                self.outbox.said("error", str(error), value["message"].get("robot"), [person.viewer])
+                self.outbox.said("error", str(error), None, [person.viewer])
 
     def _do(self, person: Person, message: Dict[str, Any]) -> None:
         """Do what a message of a page orders. Raises UsageError for a message that is not legal."""

@@ -5,14 +5,15 @@ order                                  who may, and when
 =====================================  ================================================================================
 drive                                  who has the seat, or takes a free one; not while locked; its own stamp is not
                                        older than FRESH s. Zero from the holder is always obeyed
-motors, gripper                        who has the seat, or takes a free one. The gripper only stops while locked
+motors, gripper                        who has the seat, or takes a free one. While locked, the gripper only stops, and
+                                       motors only go off (the helm sees to that)
 limit, take, release                   everybody, but not while somebody else has the seat
 stop                                   everybody, always, however old
 unlock                                 everybody
 =====================================  ================================================================================
 
 "Everybody" is everybody whose robot it is. A person has the seat of a robot from the first drive, motors or gripper
-until LEASE s after the last. A teacher takes it from a visitor. All orders but stop and drive count with the newest
+until LEASE s after the last. A teacher takes it from a visitor. All orders but stop, drive and motors off count with the newest
 frame on the person's screen: when this is older than PICTURE s, they are refused, because nobody knows how long they
 were under way.
 
@@ -163,7 +164,8 @@ class Seats:
         elif isinstance(order, DriveOrder):
             self._drive(person, seat, order, now)
         else:
-            if person.drawn is not None and stamp_age(person.drawn, now) > PICTURE:
+            is_safe = isinstance(order, MotorsOrder) and not order.on
+            if person.drawn is not None and stamp_age(person.drawn, now) > PICTURE and not is_safe:
                 raise RefusedError("refused: the picture was more than %g s old: look, and do it again" % PICTURE)
             self._do(person, seat, order, now)
 

@@ -30,7 +30,7 @@ from .orders import DrawnOrder, NameOrder, PingOrder, first_words, order_of, rea
 
 PAGE = pathlib.Path(__file__).resolve().parent / "page"
 FIRST_WORDS_WITHIN = 5.0    # s
-MOST_WAITING = 60           # connections without first words
+MOST_WAITING = 200          # connections without first words
 LONGEST_MESSAGE = 16384     # bytes that are read at all; those beyond 4 kB only to say so
 LONGEST_REASON = 120        # bytes of the reason of a close
 PING_EVERY, PONG_WITHIN = 5.0, 15.0     # s

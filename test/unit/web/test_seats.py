@@ -249,6 +249,11 @@ def test_other_orders_count_with_the_picture_too(room, order):
     assert room.does(ADA._replace(drawn=stamp_of(room.now - 1.0)), order) == []
 
 
+def test_motors_go_off_with_any_picture(room):
+    assert room.does(ADA._replace(drawn=stamp_of(room.now - 60)), MotorsOrder(1, False)) == []
+    assert room.one.told == ["motors False"]
+
+
 def test_taking_and_releasing_the_helm(room):
     room.does(ADA, TakeOrder(1))
     assert room.told().value["programs"] == "locked out"
