@@ -3,8 +3,10 @@
 Figures are printed (pytest -s). Bounds hold on a busy machine.
 """
 
+import json
 import os
 import signal
+import socket
 import time
 
 import pytest
@@ -82,7 +84,7 @@ def test_a_viewer_that_vanishes_stops_at_once(all_of_it):
         viewer.let_go()
         time.sleep(0.06)
         gone = time.monotonic()
-        viewer.socket.sock.close()
+        viewer.socket.sock.shutdown(socket.SHUT_RDWR)
         assert told_to_stand(heard, gone, "vanished viewer") < SAFE + BUSY
         until(lambda: stands(robot), "it stands")
         until(lambda: other.newest("helm")["commander"] == "", "the seat is free")
@@ -228,3 +230,25 @@ def test_a_robot_that_falls_silent_is_seen_and_comes_back(all_of_it):
             robot.lock.release()
         until(lambda: viewer.frames[1].flags & 1 and viewer.frames[1].age < 0.3, "the link is back")
         until(lambda: viewer.newest("status")["link"] == "ok", "and the page is told")
+
+
+def test_the_map_of_a_simulator(tmp_path):
+    """The simulator's socket of the truth, here held by the test, may come after the page."""
+    path = str(tmp_path / "truth")
+    with site_with_robot(tmp_path, "--truth", path) as (site, robot, heard), Viewer(site) as viewer:
+        viewer.picture()
+        world = {"name": "lab", "bounds": [0, 0, 4, 4], "walls": [], "boxes": [], "posts": [], "cans": [[0.03, 0.1]],
+                 "robots": [{"url": robot.url}]}
+        with socket.socket(socket.AF_UNIX) as listener:
+            listener.bind(path)
+            listener.listen(1)
+            simulator, _ = listener.accept()
+            with simulator:
+                truth = {"origins": [[1.0, 2.0, 0.5]], "cans": [[1.0, 1.0, 0.0, -1]]}
+                for message in ({"world": world}, {"truth": truth}):
+                    simulator.sendall(json.dumps(message).encode() + b"\n")
+                until(lambda: viewer.newest("origins") == {"1": [1.0, 2.0, 0.5]}, "where the odometry begins")
+                until(lambda: viewer.newest("cans") == [[1.0, 1.0, 0.0]], "the cans")
+        with Viewer(site, visitor="later0123456789ab") as later:
+            until(lambda: later.newest("world"), "the map, also after the simulator is gone")
+            assert later.newest("world")["can"] == {"radius": 0.03} and later.newest("robots")[0]["simulated"]

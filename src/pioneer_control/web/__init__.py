@@ -22,6 +22,7 @@ pictures to browsers, and orders back. It may die or hang at any time: the robot
 ``frames``         what changes ten times a second of a robot, as bytes
 ``columns``        the same of a whole recording
 ``trail``          the way that a robot went lately
+``truth``          the map of simulated robots, from their simulator
 ``program_line``   the robot's side of the line to a program that shares its robot with persons
 ``tied``           runs a program as a child that ends with its parent
 =================  ====================================================================================

@@ -12,6 +12,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import threading
 import webbrowser
 from typing import Any, Dict, Iterator, List, Optional
@@ -19,6 +20,9 @@ from typing import Any, Dict, Iterator, List, Optional
 from ..errors import PioneerError, UsageError
 
 LOOPBACK, EVERYWHERE = ("127.0.0.1", "::1"), ("0.0.0.0", "::")
+PACKAGE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+TELLS_TRUTH = os.path.isdir(os.path.join(PACKAGE, "simulator", "truth"))
+"""Whether the simulator has the option --truth."""
 SIMULATOR_STARTS_WITHIN = 30.0      # s
 ENDS_WITHIN = 3.0                   # s
 SHARED = """\
@@ -71,7 +75,10 @@ def serve(options: argparse.Namespace, ending: "Signals") -> None:
     with contextlib.ExitStack() as stack:
         simulated = not options.robots
         # The simulator starts while this program imports the rest.
-        simulator = stack.enter_context(simulator_process()) if simulated else None
+        truth = options.truth
+        if simulated and TELLS_TRUTH:
+            truth = os.path.join(stack.enter_context(tempfile.TemporaryDirectory(prefix="pioneer-")), "truth")
+        simulator = stack.enter_context(simulator_process(truth)) if simulated else None
         from .owner import Owner, Told, listen      # late, see above
         sockets = listen(EVERYWHERE if options.share else LOOPBACK, options.port)
         for each in sockets:
@@ -83,7 +90,8 @@ def serve(options: argparse.Namespace, ending: "Signals") -> None:
         names = own_names() if options.share else ["localhost"]
         title = "simulated robot" if simulated else ", ".join(urls)
         told = Told({teacher: True, others: False} if options.share else {teacher: True}, title, names)
-        owner = Owner(urls, sockets, told, simulated=simulated, folder=options.folder, say=say)
+        owner = Owner(urls, sockets, told, simulated=simulated or bool(truth), folder=options.folder,
+                      truth=truth, say=say)
         ending.then = owner.end
         port = sockets[0].getsockname()[1]
         address = "http://127.0.0.1:%d/#%s" % (port, teacher)
@@ -109,14 +117,16 @@ def say(sentence: str) -> None:
 
 
 @contextlib.contextmanager
-def simulator_process() -> Iterator["subprocess.Popen[bytes]"]:
-    """Run a simulated robot as a child, which ends at the end of the context, and when this process is killed."""
-    from . import __path__ as places
-    source = os.path.dirname(os.path.dirname(os.path.abspath(places[0])))
+def simulator_process(truth: Optional[str]) -> Iterator["subprocess.Popen[bytes]"]:
+    """Run a simulated robot as a child, which ends at the end of the context, and when this process is killed.
+
+    ``truth``: the path of the socket at which it is to tell its map; None for none.
+    """
     environment: Dict[str, str] = dict(
-        os.environ, PYTHONPATH=os.pathsep.join(filter(None, [source, os.environ.get("PYTHONPATH")])))
+        os.environ, PYTHONPATH=os.pathsep.join(filter(None, [os.path.dirname(PACKAGE), os.environ.get("PYTHONPATH")])))
     process = subprocess.Popen(
-        [sys.executable, "-m", "pioneer_control.web.tied", "pioneer_control.simulator", "--tcp", "0"],
+        [sys.executable, "-m", "pioneer_control.web.tied", "pioneer_control.simulator", "--tcp", "0",
+         *([] if truth is None else ["--truth", truth])],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True, env=environment)
     try:
         yield process
@@ -185,6 +195,8 @@ def parser() -> argparse.ArgumentParser:
                         help="TCP port of the page; 0: any that is free (default: %(default)s)")
     result.add_argument("--browser", action="store_true", help="open the page in the browser")
     result.add_argument("--share", action="store_true", help="let other machines open the page; prints addresses")
+    result.add_argument("--truth", metavar="PATH",
+                        help="the simulator's socket of this option: shows the map of its robots")
     result.add_argument("--folder", help=argparse.SUPPRESS)     # of another page: for tests
     return result
 

@@ -18,6 +18,7 @@ from .frames import FrameFlags, GripperBits, RobotFrame, encode_frame, stamp_of
 from .orders import GRIPPER_COMMANDS
 from .program_line import INPUT as PROGRAM
 from .trail import Trail
+from .truth import STAND, Pose
 
 COMMAND_TIMEOUT = 0.5   # s: the client's own dead man, behind that of the helm
 REPEAT = 0.15           # s without a state after which the last one is sent again, with its true age
@@ -170,6 +171,9 @@ class ClientRobot:
         """Whether programs have a line to this robot (see `program_line`)."""
         self.asked: Optional[int] = None
         """The viewer who asked for the motors last."""
+        self.base: Pose = STAND
+        """The pose at which the present session of the robot began: its own odometry begins anew, the client's goes on.
+        """
         self.introduced = False
         """Whether the page has been told the shape of this robot, so that frames of it make sense."""
         self._feed, self._post = feed, post
@@ -179,6 +183,7 @@ class ClientRobot:
         self._state: Optional[RobotState] = None
         self._framed_at = -math.inf
         self._lost: Optional[str] = "looking for it at %s" % url
+        self._is_new_session = True
         self._status: Tuple[Any, float] = ({}, -math.inf)       # the last one told, and when
 
     # What is shown
@@ -210,6 +215,8 @@ class ClientRobot:
 
     def _on_state(self, state: RobotState) -> None:
         self._health.state(state)
+        if self._is_new_session:
+            self._is_new_session, self.base = False, (state.x, state.y, state.heading)
         self._state = state
         self.trail.go(state.x, state.y)
         self._send_frame(monotonic())
@@ -218,6 +225,7 @@ class ClientRobot:
         self._health.event(event)
         if isinstance(event, Ready):
             self._lost = None
+            self._is_new_session = True
         elif isinstance(event, LinkDown):
             self._lost = str(event.error)
         self._post(self, event)

@@ -20,6 +20,7 @@ from time import monotonic
 from typing import Any, Callable, Deque, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, cast
 
 from ..client import Event, MotorsAnswered, Ready, Tuned
+from ..client.transport import tcp_address
 from ..errors import PioneerError
 from .backend import Person
 from .client_robot import ClientRobot, sentence_of
@@ -27,6 +28,7 @@ from .exchange import (CONFIGURE, GONE, ORDER, READ_SIZE, Outbox, Part, Unpacker
 from .orders import (HELM_ORDERS, HelmOrder, MotorsOrder, NameOrder, ReleaseOrder, SayOrder, StopOrder, TakeOrder,
                      UnlockOrder, order_of)
 from .seats import HelmTold, Seats
+from .truth import TruthLine
 
 SILENCE = 0.5           # s without a word of the server after which robots are stopped
 HUNG = 10.0             # s without a word after which the server is killed, and another one is started
@@ -109,19 +111,23 @@ class Owner:
         told: what the server has to know.
         simulated: whether the robots are simulated.
         folder: where the page's files are; None for those of the package.
+        truth: path of the socket at which the simulator of the robots tells their map; None without one.
         say: called with warnings and errors for the person at the terminal.
         options: more arguments for each Robot.
     """
 
     def __init__(self, urls: Sequence[str], listening: Sequence[socket.socket], told: Told, *, simulated: bool = False,
-                 folder: Optional[str] = None, say: Callable[[str], None] = lambda sentence: None,
-                 **options: Any) -> None:
+                 folder: Optional[str] = None, truth: Optional[str] = None,
+                 say: Callable[[str], None] = lambda sentence: None, **options: Any) -> None:
         self.outbox = Outbox()
         self.server: Optional[ServerProcess] = None
         """The present server; None for a moment, after one died."""
         self._robots: Dict[int, ClientRobot] = {
             number: ClientRobot(number, url, self.outbox, self._post, self._wake, simulated, **options)
             for number, url in enumerate(urls, 1)}
+        ports = {address[1]: number for number, address in enumerate(map(tcp_address, urls), 1) if address is not None}
+        self._truth = None if truth is None else TruthLine(
+            truth, ports, lambda number: self._robots[number].base, self.outbox)
         self._seats = Seats()
         self._listening, self._told, self._folder, self._say = listening, told, folder, say
         self._helms: Dict[int, HelmTold] = {}       # as they were told last
@@ -172,6 +178,8 @@ class Owner:
         while self._posted:
             self._take(*self._posted.popleft())
         self._watch(now)
+        if self._truth is not None:
+            self._truth.turn(now)
         self._show(now)
         self._send()
 
@@ -315,6 +323,8 @@ class Owner:
         self._restart_at = now + self._back_off
 
     def _close(self) -> None:
+        if self._truth is not None:
+            self._truth.close()
         for robot in self._robots.values():
             robot.robot.close(wait=False)       # all stop first
         for robot in self._robots.values():

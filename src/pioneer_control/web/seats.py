@@ -13,9 +13,9 @@ unlock                                 everybody
 =====================================  ================================================================================
 
 "Everybody" is everybody whose robot it is. A person has the seat of a robot from the first drive, motors or gripper
-until LEASE s after the last. A teacher takes it from a visitor. All orders but stop, drive and motors off count with the newest
-frame on the person's screen: when this is older than PICTURE s, they are refused, because nobody knows how long they
-were under way.
+until LEASE s after the last. A teacher takes it from a visitor. All orders but stop, drive and motors off count with
+the newest frame on the person's screen: when this is older than PICTURE s, they are refused, because nobody knows how
+long they were under way.
 
 Who holds a key down while the robot is unlocked must let go first: an unlock alone moves nothing.
 """

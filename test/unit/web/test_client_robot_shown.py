@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from pioneer_control.client import CommandTimedOut, LinkDown, MotionCleared, SonarRange, Unmoved
+from pioneer_control.client import CommandTimedOut, LinkDown, MotionCleared, Ready, SonarRange, Unmoved
 from pioneer_control.client.fault_flags import Level
 from pioneer_control.client.gripper import read_gripper
 from pioneer_control.client.health import TASKS, Finding
@@ -133,6 +133,21 @@ class Outside:
 
     def frame(self, frame):
         self.frames.append(frame)
+
+
+def test_the_pose_at_which_a_session_began_and_no_frame_before_the_page_knows_the_robot():
+    outside = Outside()
+    robot = ClientRobot(1, "socket://127.0.0.1:1", outside, lambda *_: None, lambda: None)
+    ready = Ready(RobotIdentity("a", "Pioneer", "p3dx-sh", None, None, MODEL, True, 0.5, 1.75))
+    for x, sessions in ((0.0, 1), (1.5, 2)):
+        robot._on_event(ready)
+        robot._on_state(changed(x=x, y=0.0, heading=0.2))
+        robot._on_state(changed(x=x + 0.5, y=0.0, heading=0.4))
+        assert robot.base == (x, 0.0, 0.2)
+    assert outside.frames == []
+    robot.introduced = True
+    robot._on_state(changed(x=2.0))
+    assert len(outside.frames) == 1
 
 
 def test_who_may_command_in_the_words_of_the_page():
