@@ -203,9 +203,9 @@ class ClientRobot:
         before, told_at = self._status
         if now - told_at < STATUS_EVERY:
             return None
-        counts, state = self.robot.link, self._state
-        recent = self._window.recent(now, counts)
-        status = status_of(self.number, self._health.report(now, counts), state, self._lost, {
+        counts, state, lost = self.robot.link, self._state, self._lost
+        recent = self._window.recent(now, counts) if lost is None else None
+        status = status_of(self.number, self._health.report(now, counts), state, lost, {
             "sips_per_second": 0.0 if recent is None else round(recent.packets / recent.seconds, 1),
             "bad_checksums": counts.bad_checksums, "reconnects": counts.reconnects})
         if now - told_at < COUNTS_EVERY and dict(status, counts=None) == dict(before, counts=None):
