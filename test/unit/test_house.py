@@ -42,7 +42,7 @@ ROOMS = {
     "bags": {"message_values", "parameters", "port_url", "ros_node", "standard_messages", "whole_file", "pictures",
              "p2os", "robots", "msg"},
     # no simulator: the page shows it as it shows any robot, and starts it as a program
-    "web": {"message_values", "p2os", "robots", "client", "bags"},
+    "web": {"interrupt", "message_values", "port_url", "p2os", "robots", "client", "bags"},
 }
 # Files that may use ROS, by the start of their path in the package.
 ROS_PLACES = ("ros_node.py", "standard_messages.py", "driver/", "tutorial/", "bags/", "teleop/node.py",
@@ -460,7 +460,7 @@ def test_importing_the_package_loads_nearly_nothing():
     assert not loaded & {"rospy", "serial", "numpy", "yaml", "matplotlib"}
 
 
-@pytest.mark.parametrize("room", ["p2os", "robots", "client", "simulator", "web"])
+@pytest.mark.parametrize("room", ["p2os", "robots", "client", "simulator", "web", "web.owner"])
 def test_rooms_without_ros_load_none(room):
     assert not loaded_by("pioneer_control." + room) & ROS_MODULES
 

@@ -1,17 +1,32 @@
-"""The page in a browser: robots live, driven by hand.
+"""The page in a browser: robots live, driven by hand. ``python3 -m pioneer_control.web`` shows a simulated robot.
+
+Two processes. The **owner** has the robots and decides who may tell them what. The **server** is its child: it passes
+pictures to browsers, and orders back. It may die or hang at any time: the robots stop, and another one begins.
+
+::
+
+    robot == client.Robot == client_robot == owner == exchange == server == WebSocket == page/
+                                    seats __/             fleet __/
 
 =================  ====================================================================================
+``__main__``       the program: starts a simulated robot if none is named, prints the address
+``owner``          the process that owns robots: its loop, and the server as its child
 ``seats``          who may tell which robot what
+``client_robot``   one robot of the client library: its frames, status and controls
 ``backend``        what lies between the page and robots of any kind
+``exchange``       the messages between owner and server
+``server``         HTTP and WebSocket, with tornado
 ``guard``          who may talk to the server, and which files it has
 ``fleet``          what each viewer gets, and when
 ``orders``         the messages of the page, checked
 ``frames``         what changes ten times a second of a robot, as bytes
 ``columns``        the same of a whole recording
 ``trail``          the way that a robot went lately
+``truth``          the map of simulated robots, from their simulator
 ``from_messages``  the messages of a robot's topics, as the page shows them
 ``recorded``       a bag as a recording for the page
 ``program_line``   the robot's side of the line to a program that shares its robot with persons
+``tied``           runs a program as a child that ends with its parent
 =================  ====================================================================================
 
 ``docs/page-protocol.md`` says what page and server say to each other.

@@ -25,14 +25,17 @@ class Person(NamedTuple):
     """The stamp of the newest frame on this person's screen; None before the first frame."""
 
 
+VELOCITY_LIVES = 0.4    # s
+
+
 class Controls(Protocol):
     """What a person may do with one robot. The seats decide who may; nothing here asks who it is.
 
     Every method returns at once. It raises a PioneerError that says for people why the robot does not do it.
     """
 
-    def drive(self, linear: float, angular: float, timeout: float) -> None:
-        """Drive at m/s and rad/s, and stop ``timeout`` s later, unless this is called again."""
+    def drive(self, linear: float, angular: float) -> None:
+        """Drive at m/s and rad/s, and stop VELOCITY_LIVES s later, unless this is called again."""
 
     def stop(self) -> None:
         """End what drive() began, at once. Raises nothing."""

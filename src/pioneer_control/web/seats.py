@@ -5,16 +5,17 @@ order                                  who may, and when
 =====================================  ================================================================================
 drive                                  who has the seat, or takes a free one; not while locked; its own stamp is not
                                        older than FRESH s. Zero from the holder is always obeyed
-motors, gripper                        who has the seat, or takes a free one. The gripper only stops while locked
+motors, gripper                        who has the seat, or takes a free one. While locked, the gripper only stops, and
+                                       motors only go off (the helm sees to that)
 limit, take, release                   everybody, but not while somebody else has the seat
 stop                                   everybody, always, however old
 unlock                                 everybody
 =====================================  ================================================================================
 
 "Everybody" is everybody whose robot it is. A person has the seat of a robot from the first drive, motors or gripper
-until LEASE s after the last. A teacher takes it from a visitor. All orders but stop and drive count with the newest
-frame on the person's screen: when this is older than PICTURE s, they are refused, because nobody knows how long they
-were under way.
+until LEASE s after the last. A teacher takes it from a visitor. All orders but stop, drive and motors off count with
+the newest frame on the person's screen: when this is older than PICTURE s, they are refused, because nobody knows how
+long they were under way.
 
 Who holds a key down while the robot is unlocked must let go first: an unlock alone moves nothing.
 """
@@ -22,7 +23,7 @@ Who holds a key down while the robot is unlocked must let go first: an unlock al
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Tuple
 
 from ..errors import PioneerError, RefusedError
-from .backend import Controls, Person
+from .backend import VELOCITY_LIVES, Controls, Person
 from .frames import stamp_age
 from .orders import (ALL, DriveOrder, GripperOrder, HelmOrder, LimitOrder, MotorsOrder, ReleaseOrder, StopOrder,
                      TakeOrder, UnlockOrder)
@@ -30,7 +31,6 @@ from .orders import (ALL, DriveOrder, GripperOrder, HelmOrder, LimitOrder, Motor
 LEASE = 2.0             # s after the last order that needs the seat
 FRESH = 0.4             # s: the oldest stamp with which a person may drive
 PICTURE = 2.0           # s: the oldest picture with which a person may give other orders
-VELOCITY_LIVES = 0.4    # s
 LET_GO = 0.5            # s without a velocity: the hand is gone
 SLOW = 0.2              # m/s: the first limit of each robot
 
@@ -164,7 +164,8 @@ class Seats:
         elif isinstance(order, DriveOrder):
             self._drive(person, seat, order, now)
         else:
-            if person.drawn is not None and stamp_age(person.drawn, now) > PICTURE:
+            is_safe = isinstance(order, MotorsOrder) and not order.on
+            if person.drawn is not None and stamp_age(person.drawn, now) > PICTURE and not is_safe:
                 raise RefusedError("refused: the picture was more than %g s old: look, and do it again" % PICTURE)
             self._do(person, seat, order, now)
 
@@ -187,7 +188,7 @@ class Seats:
         if stamp_age(order.stamp, now) > FRESH:
             raise RefusedError("refused: the picture was more than %g s old" % FRESH)
         linear, angular = seat.limits
-        seat.controls.drive(order.forward * linear, order.turn * angular, VELOCITY_LIVES)
+        seat.controls.drive(order.forward * linear, order.turn * angular)
         seat.moved_until = now + VELOCITY_LIVES
         self._sit(person, seat, now)
 

@@ -3,11 +3,11 @@
 import pytest
 
 from pioneer_control.errors import LinkLostError
-from pioneer_control.web.backend import Person
+from pioneer_control.web.backend import VELOCITY_LIVES, Person
 from pioneer_control.web.frames import stamp_of
 from pioneer_control.web.orders import (
     DriveOrder, GripperOrder, LimitOrder, MotorsOrder, ReleaseOrder, StopOrder, TakeOrder, UnlockOrder)
-from pioneer_control.web.seats import FRESH, LEASE, LET_GO, PICTURE, SLOW, VELOCITY_LIVES, Seats
+from pioneer_control.web.seats import FRESH, LEASE, LET_GO, PICTURE, SLOW, Seats
 
 
 class Machine:
@@ -16,10 +16,10 @@ class Machine:
     def __init__(self):
         self.told, self.locks, self.programs, self.broken = [], (), "free", False
 
-    def drive(self, linear, angular, timeout):
+    def drive(self, linear, angular):
         if self.broken:
             raise LinkLostError("no link to the robot")
-        self.told.append((round(linear, 6), round(angular, 6), timeout))
+        self.told.append((round(linear, 6), round(angular, 6)))
 
     def stop(self):
         self.told.append("stop")
@@ -76,14 +76,14 @@ def room():
 
 def test_slow_at_first_with_turns_in_proportion(room):
     assert room.drives(ADA, forward=1.0, turn=-0.5) == []
-    assert room.one.told == [(SLOW, -0.5 * 2.0 * SLOW / 0.5, VELOCITY_LIVES)] and room.two.told == []
+    assert room.one.told == [(SLOW, -0.5 * 2.0 * SLOW / 0.5)] and room.two.told == []
     assert room.told().value["limit"] == [0.2, 0.8]
 
 
 def test_raising_the_limit(room):
     assert room.does(ADA, LimitOrder(1, 0.5)) == []
     room.drives(ADA, turn=1.0)
-    assert room.one.told == [(0.5, 2.0, VELOCITY_LIVES)]
+    assert room.one.told == [(0.5, 2.0)]
     reason, = room.does(ADA, LimitOrder(1, 0.51))
     assert "0.51" in reason and "0.5 m/s" in reason
     assert room.told(2).value["limit"][0] == SLOW
@@ -247,6 +247,11 @@ def test_other_orders_count_with_the_picture_too(room, order):
     old = ADA._replace(drawn=stamp_of(room.now - PICTURE - 0.1))
     assert "picture" in room.does(old, order)[0] and room.one.told == []
     assert room.does(ADA._replace(drawn=stamp_of(room.now - 1.0)), order) == []
+
+
+def test_motors_go_off_with_any_picture(room):
+    assert room.does(ADA._replace(drawn=stamp_of(room.now - 60)), MotorsOrder(1, False)) == []
+    assert room.one.told == ["motors False"]
 
 
 def test_taking_and_releasing_the_helm(room):

@@ -1,0 +1,382 @@
+"""The process that owns the robots: their links, the seats, and the web server, which is its child.
+
+The web server only passes on. It may be killed or stopped at any time: then every robot that a person drives is told to
+stop at once, and a new server begins on the same port, because the listening sockets belong to this process. Both
+speak over a stream socket (`exchange` has the table). When this process ends in any way, the server sees its end of the
+socket closed, and ends too.
+"""
+
+import contextlib
+import json
+import math
+import os
+import selectors
+import socket
+import subprocess
+import sys
+import threading
+from collections import deque
+from time import monotonic
+from typing import Any, Callable, Deque, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, cast
+
+from ..client import Event, MotorsAnswered, Ready, Tuned
+from ..client.tcp import tcp_address
+from ..errors import PioneerError
+from .backend import Person
+from .client_robot import ClientRobot, sentence_of
+from .exchange import (CONFIGURE, GONE, ORDER, READ_SIZE, Outbox, Part, Unpacker, packed_json)
+from .orders import (HELM_ORDERS, HelmOrder, MotorsOrder, NameOrder, ReleaseOrder, SayOrder, StopOrder, TakeOrder,
+                     UnlockOrder, order_of)
+from .seats import HelmTold, Seats
+from .truth import TruthLine
+
+SILENCE = 0.5           # s without a word of the server after which robots are stopped
+HUNG = 10.0             # s without a word after which the server is killed, and another one is started
+STARTING = 60.0         # s that a server may need for its first word
+BACK_OFF = (0.05, 2.0)  # s before a server that died is started again: at first, and at most
+WELL = 10.0             # s that a server has lived when the next back-off begins with the first again
+TICK = 0.05             # s between two looks at everything that depends on time
+PATIENCE = 2.0          # s that the end of a server may take
+SAID_OF: Mapping[type, str] = {
+    StopOrder: "STOP, by %s", UnlockOrder: "unlocked by %s", TakeOrder: "%s took the helm",
+    ReleaseOrder: "%s gave the helm back"}
+
+
+class Told(NamedTuple):
+    """How the server is started and what it is told first: see `exchange`, kind C."""
+
+    keys: Mapping[str, bool]
+    title: str
+    hosts: Sequence[str]
+
+
+class ServerProcess:
+    """The web server, while it lives: the child, and this side of its socket.
+
+    Args:
+        listening: the sockets that it serves.
+        folder: where the page's files are; None for those of the package.
+    """
+
+    def __init__(self, listening: Sequence[socket.socket], folder: Optional[str]) -> None:
+        self.end, theirs = socket.socketpair()
+        with theirs:
+            self.end.setblocking(False)
+            command = [sys.executable, "-m", "pioneer_control.web.server", str(theirs.fileno()),
+                       ",".join(str(each.fileno()) for each in listening)]
+            path = os.pathsep.join(filter(None, [_source(), os.environ.get("PYTHONPATH")]))
+            try:
+                # A session of its own: Ctrl-C in the terminal is for the owner, which ends the server in its own time.
+                self._process = subprocess.Popen(
+                    command + ([] if folder is None else [folder]), stdin=subprocess.DEVNULL, start_new_session=True,
+                    pass_fds=[theirs.fileno(), *(each.fileno() for each in listening)],
+                    env=dict(os.environ, PYTHONPATH=path))
+            except BaseException:
+                self.end.close()
+                raise
+        self.unpacker = Unpacker()
+        self.started = self.heard = monotonic()
+        self.speaks = False
+
+    @property
+    def pid(self) -> int:
+        """The id of the process."""
+        return self._process.pid
+
+    def kill(self) -> None:
+        """End the process at once."""
+        self._process.kill()
+
+    def close(self) -> None:
+        """Close the socket, which ends the server, and wait until it has ended. After PATIENCE s it is killed."""
+        self.end.close()
+        try:
+            self._process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+
+def _source() -> str:
+    """Return the folder in which this package lies, for the search path of a child."""
+    return os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+
+
+class Owner:
+    """Owns robots and the web server. run() does all the work.
+
+    Args:
+        urls: the ports of the robots, which get the numbers 1 and up.
+        listening: sockets on which the server listens. They stay open when a server dies.
+        told: what the server has to know.
+        simulated: whether the robots are simulated.
+        folder: where the page's files are; None for those of the package.
+        truth: path of the socket at which the simulator of the robots tells their map; None without one.
+        say: called with warnings and errors for the person at the terminal.
+        options: more arguments for each Robot.
+    """
+
+    def __init__(self, urls: Sequence[str], listening: Sequence[socket.socket], told: Told, *, simulated: bool = False,
+                 folder: Optional[str] = None, truth: Optional[str] = None,
+                 say: Callable[[str], None] = lambda sentence: None, **options: Any) -> None:
+        self.outbox = Outbox()
+        self.server: Optional[ServerProcess] = None
+        """The present server; None for a moment, after one died."""
+        self._robots: Dict[int, ClientRobot] = {
+            number: ClientRobot(number, url, self.outbox, self._post, self._wake, simulated, **options)
+            for number, url in enumerate(urls, 1)}
+        ports = {address[1]: number for number, address in enumerate(map(tcp_address, urls), 1) if address is not None}
+        self._truth = None if truth is None else TruthLine(
+            truth, ports, lambda number: self._robots[number].base, self.outbox)
+        self._seats = Seats()
+        self._listening, self._told, self._folder, self._say = listening, told, folder, say
+        self._helms: Dict[int, HelmTold] = {}       # as they were told last
+        self._sentences: Dict[int, Tuple[str, str]] = {}    # the last one of each robot
+        self._is_lost = True                        # robots were stopped because the server is silent
+        self._restart_at, self._back_off = -math.inf, BACK_OFF[0]
+        self._posted: Deque[Tuple[ClientRobot, Event]] = deque()
+        self._selector = selectors.DefaultSelector()
+        self._wake_end, self._waker = socket.socketpair()
+        for each in (self._wake_end, self._waker):
+            each.setblocking(False)
+        self._selector.register(self._wake_end, selectors.EVENT_READ)
+        self._ends = threading.Event()
+
+    def run(self) -> None:
+        """Serve until end(), then stop the robots, switch their motors off, and end the server.
+
+        Raises:
+            PioneerError: a setting of a robot is not legal.
+        """
+        try:
+            self._tell_robots()
+            for robot in self._robots.values():
+                robot.robot.start()
+            while not self._ends.is_set():
+                self._turn()
+        finally:
+            self._close()
+
+    def end(self) -> None:
+        """Let run() end soon. Any thread, and a signal handler, may call this."""
+        self._ends.set()
+        self._wake()
+
+    # One turn of the loop
+
+    def _turn(self) -> None:
+        now = monotonic()
+        if self.server is None and now >= self._restart_at:
+            self._start_server()
+        for key, events in self._selector.select(TICK):
+            if key.fileobj is self._wake_end:
+                with contextlib.suppress(BlockingIOError):
+                    self._wake_end.recv(READ_SIZE)
+            elif events & selectors.EVENT_READ:
+                self._hear()
+        now = monotonic()
+        while self._posted:
+            self._take(*self._posted.popleft())
+        self._watch(now)
+        if self._truth is not None:
+            self._truth.turn(now)
+        self._show(now)
+        self._send()
+
+    def _hear(self) -> None:
+        """Read what the server says, and do it."""
+        server = self.server
+        if server is None:
+            return
+        try:
+            data = server.end.recv(READ_SIZE)
+        except BlockingIOError:
+            return
+        except OSError:
+            data = b""
+        if not data:
+            self._drop_server()
+            return
+        server.heard, server.speaks, self._is_lost = monotonic(), True, False
+        try:
+            for part in server.unpacker.take(data):
+                self._obey(part)
+        except (ValueError, TypeError, LookupError, AttributeError) as error:
+            self._say("the web server said what makes no sense, and is replaced: %s" % error)
+            self._drop_server()
+
+    def _obey(self, part: Part) -> None:
+        kind, contents = part
+        if kind == GONE:
+            self._seats.left(int(contents), monotonic())
+        elif kind == ORDER:
+            value = json.loads(contents.decode())
+            person = Person(*value["person"])
+            try:
+                self._do(person, value["message"])
+            except PioneerError as error:
+                self.outbox.said("error", str(error), None, [person.viewer])
+
+    def _do(self, person: Person, message: Dict[str, Any]) -> None:
+        """Do what a message of a page orders. Raises UsageError for a message that is not legal."""
+        order, now = order_of(message), monotonic()
+        if isinstance(order, NameOrder):
+            self._seats.rename(person)
+        elif isinstance(order, SayOrder):
+            if not person.teacher:
+                raise PioneerError("only the teacher speaks to all")
+            self.outbox.said("info", "%s: %s" % (person.name or "teacher", order.text))
+        elif isinstance(order, HELM_ORDERS):
+            self._command(person, cast(HelmOrder, order), now)
+        self._show_helms(now)
+
+    def _command(self, person: Person, order: HelmOrder, now: float) -> None:
+        """Let the seats do an order about robots, and tell its person what was refused, and others what was done."""
+        answers = self._seats.obey(person, order, now)
+        for robot, reason in answers:
+            self.outbox.said("error", reason, robot, [person.viewer])
+        if answers:
+            return
+        if isinstance(order, MotorsOrder):
+            self._robots[order.robot].asked = person.viewer
+        elif type(order) in SAID_OF:
+            sentence = SAID_OF[type(order)] % (person.name or "somebody")
+            self.outbox.said("info", sentence, order.robot if isinstance(order.robot, int) else None)
+
+    def _take(self, robot: ClientRobot, event: Event) -> None:
+        """Take an event of a robot's link."""
+        if isinstance(event, (Ready, Tuned)):
+            identity = event.identity
+            self._seats.add(robot.number, robot, identity.max_linear, identity.max_angular)
+            self._tell_robots()
+            robot.introduced = True
+        if isinstance(event, MotorsAnswered):
+            if event.error is not None:
+                self.outbox.said("error", str(event.error), robot.number,
+                                 None if robot.asked is None else [robot.asked])
+            return
+        sentence = sentence_of(event)
+        if sentence is not None and sentence != self._sentences.get(robot.number):
+            self._sentences[robot.number] = sentence     # a link that stays down says so once
+            self.outbox.said(*sentence, robot.number)
+            if sentence[0] != "info":
+                self._say(sentence[1])
+
+    def _watch(self, now: float) -> None:
+        """Stop the robots that persons drive when the server is silent, and replace a server that hangs."""
+        server = self.server
+        if server is None:
+            return
+        silent = now - server.heard
+        if silent > SILENCE and not self._is_lost:
+            self._is_lost = True
+            self._seats.lost(now)
+        if silent > (HUNG if server.speaks else STARTING):
+            server.kill()
+            self._drop_server()
+
+    def _show(self, now: float) -> None:
+        for robot in self._robots.values():
+            robot.repeat(now)
+            status = robot.status(now)
+            if status is not None:
+                self.outbox.text("status", status, robot.number)
+        self._show_helms(now)
+
+    def _show_helms(self, now: float) -> None:
+        for number in self._seats.robots:
+            told = self._seats.told(number, now)
+            if told != self._helms.get(number):
+                self._helms[number] = told
+                self.outbox.text("helm", told.value, number, told.seat)
+
+    def _tell_robots(self) -> None:
+        self.outbox.text("robots", [robot.entry for robot in self._robots.values()])
+
+    def _send(self) -> None:
+        waits = self.outbox.flush()
+        if self.server is not None:
+            self._selector.modify(self.server.end, selectors.EVENT_READ | (selectors.EVENT_WRITE if waits else 0))
+
+    # The server
+
+    def _start_server(self) -> None:
+        server = self.server = ServerProcess(self._listening, self._folder)
+        self._selector.register(server.end, selectors.EVENT_READ)
+        self.outbox.connect(server.end, [packed_json(CONFIGURE, self._told._asdict())])
+        for robot in self._robots.values():
+            self.outbox.text("trail", robot.trail.points, robot.number)
+
+    def _drop_server(self) -> None:
+        """The server is gone: stop the robots at once, then reap it, and see when to start another one."""
+        server, self.server = self.server, None
+        now = monotonic()
+        self._is_lost = True
+        self._seats.lost(now)
+        if server is None:
+            return
+        self.outbox.disconnect()
+        self._selector.unregister(server.end)
+        server.kill()
+        server.close()
+        self._back_off = BACK_OFF[0] if now - server.started > WELL else min(2 * self._back_off, BACK_OFF[1])
+        self._restart_at = now + self._back_off
+
+    def _close(self) -> None:
+        if self._truth is not None:
+            self._truth.close()
+        for robot in self._robots.values():
+            robot.robot.close(wait=False)       # all stop first
+        for robot in self._robots.values():
+            robot.robot.close()
+        if self.server is not None:
+            self.outbox.disconnect()
+            self._selector.unregister(self.server.end)
+            self.server.close()
+            self.server = None
+        self._selector.close()
+        self._wake_end.close()
+        self._waker.close()
+
+    # Other threads
+
+    def _post(self, robot: ClientRobot, event: Event) -> None:
+        self._posted.append((robot, event))
+        self._wake()
+
+    def _wake(self) -> None:
+        with contextlib.suppress(OSError):      # full: it wakes anyway; closed: it has ended
+            self._waker.send(b"\0")
+
+
+def listen(hosts: Sequence[str], port: int) -> List[socket.socket]:
+    """Return sockets that listen on one port of each host; the first decides which, if ``port`` is 0.
+
+    A host but the first is left out where this machine does not have it (IPv6).
+
+    Raises:
+        PioneerError: the port is taken or not allowed. It says what to do.
+    """
+    sockets: List[socket.socket] = []
+    for host in hosts:
+        family = socket.AF_INET6 if ":" in host else socket.AF_INET
+        try:
+            each = socket.socket(family, socket.SOCK_STREAM)
+            sockets.append(each)
+            each.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            if family == socket.AF_INET6:
+                each.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
+            each.bind((host, port))
+            each.listen(128)
+            each.setblocking(False)
+        except (OSError, OverflowError) as error:
+            if len(sockets) > 1:
+                sockets.pop().close()
+                continue
+            for each in sockets:
+                each.close()
+            raise PioneerError(
+                "port %d of %s: %s. Give another one, --port 0 for any that is free; `ss -ltnp` shows who has it"
+                % (port, host, getattr(error, "strerror", None) or error)) from error
+        port = sockets[0].getsockname()[1]
+    return sockets

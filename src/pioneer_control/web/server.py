@@ -1,0 +1,348 @@
+"""The web server: passes pictures of robots from their owner to viewers, and orders back. It decides nothing.
+
+It is a program of its own, started by the owner: ``python3 -m pioneer_control.web.server LINK SOCKETS [FOLDER]`` with
+the numbers of inherited file descriptors. It ends when the owner closes its end of the link. What goes over the link
+says `exchange`, what viewers get says `fleet`, who may come says `guard`.
+"""
+
+import asyncio
+import itertools
+import json
+import logging
+import pathlib
+import socket
+import sys
+from time import monotonic
+from types import TracebackType
+from typing import Any, Dict, List, Optional, Type, Union
+
+from tornado.httpserver import HTTPServer
+from tornado.web import Application, HTTPError, RequestHandler
+from tornado.websocket import WebSocketClosedError, WebSocketHandler
+
+from ..errors import UsageError
+from .backend import Person
+from .exchange import (BEAT, BEAT_MESSAGE, CONFIGURE, FRAME, GONE, ORDER, SAID, TEXT, Part, Unpacker, packed,
+                       packed_json)
+from .fleet import NO_WORDS, NONSENSE, WRONG_KEY, Farewell, Fleet, Message
+from .guard import HEADERS, PageFile, is_our_host, is_our_origin, is_teachers, page_files
+from .orders import DrawnOrder, NameOrder, PingOrder, first_words, order_of, read_message
+
+PAGE = pathlib.Path(__file__).resolve().parent / "page"
+FIRST_WORDS_WITHIN = 5.0    # s
+MOST_WAITING = 200          # connections without first words
+LONGEST_MESSAGE = 16384     # bytes that are read at all; those beyond 4 kB only to say so
+LONGEST_REASON = 120        # bytes of the reason of a close
+PING_EVERY, PONG_WITHIN = 5.0, 15.0     # s
+MOST_TO_OWNER = 2 ** 18     # bytes of orders that wait for the owner; more are dropped
+LOG = logging.getLogger(__name__)
+
+
+class Hub(asyncio.Protocol):
+    """The middle of the server: the link to the owner, the fleet, and the connections of viewers."""
+
+    def __init__(self) -> None:
+        self.fleet = Fleet("")
+        self.keys: Dict[str, bool] = {}
+        self.hosts: List[str] = []
+        self.waiting = 0
+        """Connections that have not said their first words."""
+        self.ready, self.ended = asyncio.Event(), asyncio.Event()
+        self._unpacker = Unpacker()
+        self._numbers = itertools.count(1)
+        self._pages: Dict[int, "PageSocket"] = {}
+        self._timer: Optional[asyncio.TimerHandle] = None
+        self._link: Optional[asyncio.Transport] = None
+
+    # The link to the owner
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Keep the link, and begin to send beats."""
+        assert isinstance(transport, asyncio.Transport)
+        self._link = transport
+        self._beat()
+
+    def data_received(self, data: bytes) -> None:
+        """Take what the owner says, and pass it on."""
+        for part in self._unpacker.take(data):
+            self._take(part)
+        self.go()
+
+    def connection_lost(self, error: Optional[Exception]) -> None:
+        """End: the owner has ended, or wants no more of this server."""
+        self.ended.set()
+
+    def _take(self, part: Part) -> None:
+        kind, contents = part
+        if kind == FRAME:
+            self.fleet.frame(contents)
+            return
+        value = json.loads(contents.decode())
+        if kind == TEXT:
+            self.fleet.text(value["kind"], value["value"], value["robot"], value["seat"])
+        elif kind == SAID:
+            self.fleet.said(value["level"], value["text"], value["robot"], value["viewers"], monotonic())
+        elif kind == CONFIGURE:
+            self.keys, self.hosts = value["keys"], value["hosts"]
+            self.fleet = Fleet(value["title"])
+            self.ready.set()
+
+    def _beat(self) -> None:
+        self._tell_owner(packed(BEAT_MESSAGE))
+        self._round(monotonic())    # also for sockets that took nothing when there was something new
+        asyncio.get_running_loop().call_later(BEAT, self._beat)
+
+    def _tell_owner(self, message: bytes) -> None:
+        if self._link is not None and self._link.get_write_buffer_size() < MOST_TO_OWNER:
+            self._link.write(message)
+
+    # Viewers
+
+    def come(self, page: "PageSocket", message: Union[str, bytes]) -> Optional[int]:
+        """Take the first words of a page. Returns the number of the viewer; None if it was sent away."""
+        words = first_words(read_message(message))
+        is_teacher = is_teachers(words.key, self.keys)
+        if is_teacher is None:
+            page.bye(Farewell(WRONG_KEY, "the key is wrong: use the address that the server printed at its start"))
+            return None
+        number = next(self._numbers)
+        farewell = self.fleet.arrive(number, Person(number, words.visitor, "", is_teacher), monotonic())
+        if farewell is not None:
+            page.bye(farewell)
+            return None
+        self._pages[number] = page
+        self.go()
+        return number
+
+    def hear(self, number: int, message: Union[str, bytes]) -> Optional[str]:
+        """Take a message of a viewer. Returns what to answer at once.
+
+        Raises UsageError for a message that makes no sense.
+        """
+        now = monotonic()
+        farewell = self.fleet.hears(number, now)
+        if farewell is not None:
+            self._pages[number].bye(farewell)
+            return None
+        read = read_message(message)
+        try:
+            order = order_of(read)
+        except UsageError as error:
+            self.fleet.said("error", str(error), None, [number], now)
+            self.go()
+            return None
+        if isinstance(order, PingOrder):
+            return json.dumps({"pong": order.at})
+        if isinstance(order, DrawnOrder):
+            self.fleet.drawn(number, order.stamp, now)
+            self.go()
+            return None
+        if isinstance(order, NameOrder):
+            self.fleet.name(number, order.name)
+        self._tell_owner(packed_json(ORDER, {"person": list(self.fleet.viewers[number].person), "message": read}))
+        return None
+
+    def leave(self, number: int) -> None:
+        """Forget a viewer whose connection is gone, and tell the owner."""
+        del self._pages[number]
+        self.fleet.leave(number)
+        self._tell_owner(packed_json(GONE, number))
+
+    def go(self) -> None:
+        """Give viewers what is new: now, or when the next batch is due."""
+        now = monotonic()
+        for number, farewell in self.fleet.farewells().items():
+            self._pages[number].bye(farewell)
+        wait = self.fleet.wait(now)
+        if wait <= 0:
+            self._round(now)
+        elif wait <= 1 and self._timer is None:
+            self._timer = asyncio.get_running_loop().call_later(wait, self._timed)
+
+    def _timed(self) -> None:
+        self._timer = None
+        self.go()
+
+    def _round(self, now: float) -> None:
+        for number, messages in list(self.fleet.round(now, lambda number: self._pages[number].can_take)):
+            self._pages[number].send(messages)
+
+
+class PageHandler(RequestHandler):
+    """Answers a request with a file of the page, or with 404. Only GET and HEAD."""
+
+    def initialize(self, hub: Hub, files: Dict[str, PageFile]) -> None:
+        """Take what tornado passes on from the application."""
+        self.hub, self.files = hub, files
+
+    def set_default_headers(self) -> None:
+        """Set the headers that every answer has."""
+        for name, value in HEADERS.items():
+            self.set_header(name, value)
+
+    def prepare(self) -> None:
+        """Refuse a request that was meant for another machine. Raises HTTPError 421."""
+        if not is_our_host(self.request.host, self.hub.hosts):
+            raise HTTPError(421)
+
+    def get(self) -> None:
+        """Send the file. Raises HTTPError 404 when the page has no such file."""
+        file = self.files.get(self.request.path)
+        if file is None:
+            raise HTTPError(404)
+        self.set_header("Content-Type", file.mime_type)
+        self.write(file.contents)
+
+    def head(self) -> None:
+        """Send the headers of get()."""
+        self.get()
+
+    def write_error(self, status_code: int, **_: Any) -> None:
+        """Answer with one line of text that repeats nothing of the request."""
+        self.set_header("Content-Type", "text/plain; charset=utf-8")
+        self.finish("%d %s\n" % (status_code, self._reason))
+
+    def log_exception(self, kind: Optional[Type[BaseException]], error: Optional[BaseException],
+                      trace: Optional[TracebackType]) -> None:
+        """Log what nobody expected, without the address of the request: somebody may have put a key there."""
+        if not isinstance(error, HTTPError):
+            LOG.error("a request failed", exc_info=(kind, error, trace) if kind and error else None)
+
+
+class PageSocket(WebSocketHandler):
+    """The connection of one viewer."""
+
+    def initialize(self, hub: Hub) -> None:
+        """Take what tornado passes on from the application."""
+        self.hub = hub
+        self._number: Optional[int] = None
+        self._timer: Optional[asyncio.TimerHandle] = None
+        self._gone = False
+
+    def prepare(self) -> None:
+        """Refuse a request for another machine (421), one with a query: keys do not belong there (400), and too many
+        connections that say nothing (503).
+        """
+        if not is_our_host(self.request.host, self.hub.hosts):
+            raise HTTPError(421)
+        if self.request.query:
+            raise HTTPError(400)
+        if self.hub.waiting >= MOST_WAITING:
+            raise HTTPError(503)
+
+    def check_origin(self, origin: str) -> bool:
+        """Return whether the connection is from a page of this server. tornado asks only if there is an Origin."""
+        return is_our_origin(origin, self.request.protocol, self.request.host)
+
+    def open(self, *_: str, **__: str) -> None:
+        """Wait for the first words."""
+        self.set_nodelay(True)
+        self.hub.waiting += 1
+        self._timer = asyncio.get_running_loop().call_later(FIRST_WORDS_WITHIN, self.bye, Farewell(
+            NO_WORDS, "the page said nothing for %g s" % FIRST_WORDS_WITHIN))
+
+    def on_message(self, message: Union[str, bytes]) -> None:
+        """Take a message of the page."""
+        if self._gone:
+            return
+        try:
+            if self._timer is not None:
+                self._enough_waited()
+                self._number = self.hub.come(self, message)
+            elif self._number is not None:
+                answer = self.hub.hear(self._number, message)
+                if answer is not None:
+                    self.send([answer])
+        except UsageError as error:
+            self.bye(Farewell(NONSENSE, str(error)))
+
+    def on_close(self) -> None:
+        """Forget the viewer."""
+        self._gone = True
+        self._enough_waited()
+        self._leave()
+
+    @property
+    def can_take(self) -> bool:
+        """Whether the socket has taken all that was sent before."""
+        stream = None if self.ws_connection is None else self.ws_connection.stream
+        return stream is not None and not stream.writing()
+
+    def send(self, messages: List[Message]) -> None:
+        """Send messages. If the connection is gone, nothing happens."""
+        for message in messages:
+            try:
+                sent = self.write_message(message, binary=isinstance(message, bytes))
+            except WebSocketClosedError:
+                return
+            sent.add_done_callback(_retrieve)
+
+    def bye(self, farewell: Farewell) -> None:
+        """Close the connection with a code and a reason, and take nothing more from it."""
+        if not self._gone:
+            self._gone = True
+            self._enough_waited()
+            self._leave()
+            reason = farewell.reason.encode("utf-8", "replace")[:LONGEST_REASON].decode("utf-8", "ignore")
+            self.close(farewell.code, reason)
+
+    def log_exception(self, kind: Optional[Type[BaseException]], error: Optional[BaseException],
+                      trace: Optional[TracebackType]) -> None:
+        """Log what nobody expected, without the address of the request."""
+        if not isinstance(error, HTTPError):
+            LOG.error("a connection failed", exc_info=(kind, error, trace) if kind and error else None)
+
+    def _enough_waited(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+            self.hub.waiting -= 1
+
+    def _leave(self) -> None:
+        if self._number is not None:
+            self.hub.leave(self._number)
+            self._number = None
+
+
+def _retrieve(sent: "asyncio.Future[None]") -> None:
+    """Look at the result of a write: that a connection was closed meanwhile is no news."""
+    if not sent.cancelled():
+        sent.exception()
+
+
+def application(hub: Hub, files: Dict[str, PageFile]) -> Application:
+    """Return tornado's application: the page's files, and the WebSocket."""
+    return Application(
+        [("/page", PageSocket, dict(hub=hub))],
+        default_handler_class=PageHandler, default_handler_args=dict(hub=hub, files=files),
+        log_function=lambda handler: None, websocket_max_message_size=LONGEST_MESSAGE,
+        websocket_ping_interval=PING_EVERY, websocket_ping_timeout=PONG_WITHIN)
+
+
+async def serve(link: socket.socket, sockets: List[socket.socket], folder: pathlib.Path) -> None:
+    """Serve on these sockets until the owner closes the link."""
+    hub = Hub()
+    await asyncio.get_running_loop().create_connection(lambda: hub, sock=link)
+    files = page_files(folder)
+    await asyncio.wait([asyncio.ensure_future(each.wait()) for each in (hub.ready, hub.ended)],
+                       return_when=asyncio.FIRST_COMPLETED)
+    if not hub.ended.is_set():
+        server = HTTPServer(application(hub, files), max_header_size=16384, max_body_size=1024,
+                            idle_connection_timeout=30.0, body_timeout=5.0)
+        server.add_sockets(sockets)
+        await hub.ended.wait()
+
+
+def main(arguments: List[str]) -> int:
+    """Run the server with the descriptors that the owner gave. Returns the exit code 0 at the owner's end."""
+    logging.basicConfig(format="web server: %(message)s", level=logging.ERROR)
+    link = socket.socket(fileno=int(arguments[0]))
+    sockets = [socket.socket(fileno=int(number)) for number in arguments[1].split(",")]
+    for each in [link, *sockets]:
+        each.setblocking(False)
+    asyncio.run(serve(link, sockets, pathlib.Path(arguments[2]) if arguments[2:] else PAGE))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,136 @@
+"""The map of simulated robots, from the simulator's socket of the truth (docs/simulator.md).
+
+`Truth` is pure: bytes in, texts of the page's protocol out. `TruthLine` has the socket.
+"""
+
+import contextlib
+import json
+import math
+import socket
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple
+
+from .backend import Feed
+
+Pose = Tuple[float, float, float]
+"""x and y (m), heading (rad)."""
+RETRY = 0.5             # s between two attempts to connect
+LONGEST_LINE = 2 ** 24  # bytes
+READ_SIZE = 65536
+STAND: Pose = (0.0, 0.0, 0.0)
+
+
+def origin_of(origin: Sequence[float], base: Pose) -> List[float]:
+    """Return where in the map the odometry of a client begins.
+
+    Args:
+        origin: where in the map the robot's own odometry begins. It begins anew with each session of the robot.
+        base: the client's pose at the begin of this session: its odometry goes on.
+    """
+    x, y, heading = origin
+    back = heading - base[2]
+    cos, sin = math.cos(back), math.sin(back)
+    return [round(x - cos * base[0] + sin * base[1], 4), round(y - sin * base[0] - cos * base[1], 4),
+            round(math.remainder(back, 2 * math.pi), 5)]
+
+
+class Truth:
+    """Reads the lines of the simulator, and makes the texts ``world``, ``origins`` and ``cans`` of them.
+
+    Args:
+        numbers: the page's numbers of the robots, by their TCP ports. Other robots are not shown.
+        base: returns the pose at which the session of a robot began, by its number: see origin_of().
+    """
+
+    def __init__(self, numbers: Mapping[int, int], base: Callable[[int], Pose]) -> None:
+        self._numbers, self._base = numbers, base
+        self._data = b""
+        self._robots: List[Optional[int]] = []      # for each robot of the simulator its number for the page
+        self._told: Dict[str, Any] = {}
+
+    def receive(self, data: bytes) -> List[Tuple[str, Any]]:
+        """Take bytes of the simulator. Returns the texts that changed: kind and value.
+
+        Raises:
+            ValueError, TypeError, LookupError: this is not what a simulator says.
+        """
+        *lines, self._data = (self._data + data).split(b"\n")
+        if len(self._data) > LONGEST_LINE:
+            raise ValueError("a line is longer than %d bytes" % LONGEST_LINE)
+        found: Dict[str, Any] = {}
+        for line in lines:
+            message = json.loads(line.decode())
+            if "world" in message:
+                found["world"] = self._take_world(message["world"])
+            elif "truth" in message:
+                found.update(self._take_truth(message["truth"]))
+        changed = [(kind, value) for kind, value in found.items()
+                   if kind not in self._told or value != self._told[kind]]
+        self._told.update(changed)
+        return changed
+
+    def _take_world(self, world: Mapping[str, Any]) -> Dict[str, Any]:
+        ports = [(robot["url"] or "").rpartition(":")[2] for robot in world["robots"]]
+        self._robots = [self._numbers.get(int(port)) if port else None for port in ports]
+        shown = {name: world[name] for name in ("name", "bounds", "walls", "boxes", "posts")}
+        return dict(shown, can={"radius": world["cans"][0][0]}) if world["cans"] else shown
+
+    def _take_truth(self, truth: Mapping[str, Any]) -> Dict[str, Any]:
+        return {
+            "origins": {str(number): origin_of(origin, self._base(number))
+                        for number, origin in zip(self._robots, truth["origins"]) if number is not None},
+            "cans": [[x, y, lifted] for x, y, lifted, _ in truth["cans"]],
+        }
+
+
+class TruthLine:
+    """The connection to the socket of the truth, which is made anew when it breaks.
+
+    Args:
+        path: the path of the socket.
+        numbers, base: see Truth.
+        feed: takes the texts.
+    """
+
+    def __init__(self, path: str, numbers: Mapping[int, int], base: Callable[[int], Pose], feed: Feed) -> None:
+        self._path, self._numbers, self._base, self._feed = path, numbers, base, feed
+        self._truth = Truth(numbers, base)
+        self._socket: Optional[socket.socket] = None
+        self._retry_at = -math.inf
+
+    def turn(self, now: float) -> None:
+        """Connect if it is time to (monotonic, s), and read what has come. Never blocks, and raises nothing."""
+        if self._socket is None:
+            if now >= self._retry_at:
+                self._retry_at = now + RETRY
+                self._connect()
+            return
+        try:
+            while True:
+                data = self._socket.recv(READ_SIZE)
+                if not data:
+                    self.close()
+                    return
+                for kind, value in self._truth.receive(data):
+                    self._feed.text(kind, value)
+        except BlockingIOError:
+            pass
+        except (OSError, ValueError, TypeError, LookupError):
+            self.close()
+
+    def close(self) -> None:
+        """Close the connection. turn() makes another one."""
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
+
+    def _connect(self) -> None:
+        line = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        with contextlib.ExitStack() as on_failure:
+            on_failure.callback(line.close)
+            line.setblocking(False)
+            try:
+                line.connect(self._path)
+            except OSError:     # there is no simulator yet
+                return
+            on_failure.pop_all()
+            self._socket, self._truth = line, Truth(self._numbers, self._base)

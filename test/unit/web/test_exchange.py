@@ -1,0 +1,112 @@
+"""The messages between owner and server: whole in any pieces, and the owner never waits and never keeps much."""
+
+import json
+import socket
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as some
+
+from pioneer_control.errors import UsageError
+from pioneer_control.web.exchange import (
+    BEAT_MESSAGE, FRAME, LENGTH, LONGEST, MOST_WAITING, SAID, TEXT, Outbox, Unpacker, packed, packed_json)
+from pioneer_control.web.frames import RobotFrame, encode_frame, frame_head
+
+
+def test_bytes_written_by_hand():
+    assert packed(BEAT_MESSAGE) == b"\x01\0\0\0B"
+    assert packed_json(TEXT, {"a": 1}) == b'\x08\0\0\0T{"a":1}'
+
+
+@given(some.lists(some.tuples(some.sampled_from([b"B", b"T", b"F"]), some.binary(max_size=50)), max_size=8),
+       some.lists(some.integers(1, 9), min_size=1))
+def test_any_pieces_give_whole_messages(parts, sizes):
+    data, unpacker, found, turn = b"".join(packed(*part) for part in parts), Unpacker(), [], 0
+    while data:
+        size = sizes[turn % len(sizes)]
+        found += unpacker.take(data[:size])
+        data, turn = data[size:], turn + 1
+    assert found == parts
+
+
+@pytest.mark.parametrize("length", [0, LONGEST + 1, 2 ** 32 - 1])
+def test_a_length_that_nobody_sends(length):
+    with pytest.raises(UsageError, match=str(length)):
+        Unpacker().take(LENGTH.pack(length))
+
+
+@pytest.fixture
+def ends():
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        for each in (ours, theirs):
+            each.setblocking(False)
+        yield ours, theirs
+
+
+def read_all(end, outbox):
+    """Return all messages that the outbox has for this end, also those that wait for room."""
+    unpacker, found, empty = Unpacker(), [], 0
+    while empty < 2:
+        try:
+            found += unpacker.take(end.recv(65536))
+            empty = 0
+        except BlockingIOError:
+            outbox.flush()
+            empty += 1
+    return found
+
+
+def test_without_a_server_only_the_newest_waits(ends):
+    ours, theirs = ends
+    outbox = Outbox()
+    for step in range(1000):
+        outbox.frame(encode_frame(RobotFrame(1, step)))
+        outbox.text("status", {"step": step}, 1)
+        outbox.said("info", str(step))
+    outbox.text("robots", [])
+    outbox.connect(ours, [packed(b"C", b"first")])
+    kinds = read_all(theirs, outbox)
+    assert [kind for kind, _ in kinds] == [b"C", TEXT, TEXT, FRAME]
+    assert json.loads(kinds[1][1])["kind"] == "robots" and json.loads(kinds[2][1])["value"] == {"step": 999}
+    assert frame_head(kinds[3][1]).stamp == 999
+
+
+def test_a_server_that_does_not_read_costs_little_and_gets_the_newest(ends):
+    ours, theirs = ends
+    outbox = Outbox()
+    outbox.connect(ours, [])
+    for step in range(20000):
+        outbox.frame(encode_frame(RobotFrame(step % 3, step, sonar=(1.0,) * 16)))
+        outbox.said("info", str(step))
+    assert outbox.flush() and len(outbox._said) <= MOST_WAITING and len(outbox._frames) <= 3
+    found = read_all(theirs, outbox)
+    assert sorted(frame_head(data).stamp for kind, data in found if kind == FRAME)[-3:] == [19997, 19998, 19999]
+    assert json.loads([data for kind, data in found if kind == SAID][-1])["text"] == "19999"
+
+
+def test_a_large_text_goes_in_pieces(ends):
+    ours, theirs = ends
+    outbox = Outbox()
+    outbox.connect(ours, [])
+    outbox.text("world", "x" * 3000000)
+    assert outbox.flush()
+    (kind, data), = read_all(theirs, outbox)
+    assert kind == TEXT and len(json.loads(data)["value"]) == 3000000
+
+
+def test_a_server_that_is_gone_is_no_error_and_the_next_one_gets_all(ends):
+    ours, theirs = ends
+    outbox = Outbox()
+    outbox.connect(ours, [])
+    theirs.close()
+    outbox.text("world", None)
+    outbox.text("helm", {"you": False}, 2, "secret")
+    outbox.disconnect()
+    assert not outbox.flush()
+    again, other = socket.socketpair()
+    with again, other:
+        again.setblocking(False)
+        other.setblocking(False)
+        outbox.connect(again, [])
+        assert [json.loads(data)["kind"] for _, data in read_all(other, outbox)] == ["world", "helm"]

@@ -1,0 +1,99 @@
+"""The map of simulated robots: the simulator's lines as texts of the page, also after a robot connected anew."""
+
+import json
+import math
+import socket
+
+import pytest
+
+from pioneer_control.web.truth import LONGEST_LINE, Truth, TruthLine, origin_of
+
+WORLD = {"name": "office", "bounds": [0, 0, 9, 6], "walls": [[0, 0, 9, 0]], "posts": [[1, 2, 0.1]],
+         "boxes": [[[3, 3], [4, 3], [4, 4]]], "cans": [[0.03, 0.12]], "starts": [[1, 1, 0]], "docks": [], "goals": {},
+         "robots": [{"name": "a", "url": "socket://127.0.0.1:1"}, {"name": "b", "url": None},
+                    {"name": "c", "url": "socket://127.0.0.1:3"}]}
+NUMBERS = {3: 1, 1: 2}
+
+
+def line(**message):
+    return json.dumps(message).encode() + b"\n"
+
+
+def truth_with(*cans, origins=((1, 1, 0.5), (2, 2, 0), (3, 3, 0))):
+    return line(truth={"origins": list(origins), "cans": list(cans), "robots": [], "time": 1.0})
+
+
+@pytest.fixture
+def truth():
+    return Truth(NUMBERS, lambda number: (0.0, 0.0, 0.0))
+
+
+def test_world_origins_and_cans(truth):
+    texts = dict(truth.receive(line(world=WORLD) + truth_with([1.0, 2.0, 0.0, -1], [3.0, 1.0, 0.07, 1])))
+    assert texts == {
+        "world": {"name": "office", "bounds": [0, 0, 9, 6], "walls": [[0, 0, 9, 0]], "posts": [[1, 2, 0.1]],
+                  "boxes": [[[3, 3], [4, 3], [4, 4]]], "can": {"radius": 0.03}},
+        "origins": {"2": [1, 1, 0.5], "1": [3, 3, 0]}, "cans": [[1.0, 2.0, 0.0], [3.0, 1.0, 0.07]]}
+
+
+def test_only_what_changed_is_told_and_any_pieces_do(truth):
+    data = line(world=dict(WORLD, cans=[])) + truth_with() + truth_with() + line(answer=1, ok=True, text="")
+    found = []
+    for at in range(0, len(data), 7):
+        found += truth.receive(data[at:at + 7])
+    assert [kind for kind, _ in found] == ["world", "origins", "cans"] and "can" not in found[0][1]
+    assert truth.receive(truth_with([0, 0, 0, -1])) == [("cans", [[0, 0, 0]])]
+
+
+@pytest.mark.parametrize("origin", [(1.0, 2.0, 0.3), (-4.0, 0.5, 3.0)])
+@pytest.mark.parametrize("base", [(0.0, 0.0, 0.0), (1.5, -0.5, 2.0), (0.2, 7.0, -3.0)])
+def test_the_clients_odometry_goes_on_where_the_robots_begins_anew(origin, base):
+    """A place in the robot's odometry is at the same place in the map as the client's pose for it."""
+    def put(frame, pose):
+        cos, sin = math.cos(frame[2]), math.sin(frame[2])
+        return (frame[0] + cos * pose[0] - sin * pose[1], frame[1] + sin * pose[0] + cos * pose[1], frame[2] + pose[2])
+
+    own = (0.7, -0.2, 0.4)
+    there, shown = put(origin, own), put(origin_of(origin, base), put(base, own))
+    assert shown[:2] == pytest.approx(there[:2], abs=0.001)
+    assert math.remainder(shown[2] - there[2], 2 * math.pi) == pytest.approx(0, abs=0.001)
+
+
+@pytest.mark.parametrize("data", [b"x\n", b'{"world": {}}\n', b'{"truth": {"origins": 1}}\n', b"\xff\n", b"1\n"])
+def test_what_no_simulator_says(truth, data):
+    with pytest.raises((ValueError, TypeError, LookupError)):
+        truth.receive(data)
+
+
+def test_a_line_without_an_end(truth):
+    with pytest.raises(ValueError):
+        truth.receive(b"x" * (LONGEST_LINE + 1))
+
+
+class Told:
+    """A feed that keeps texts."""
+
+    def __init__(self):
+        self.texts = []
+
+    def text(self, kind, value):
+        self.texts.append(kind)
+
+
+def test_the_line_is_made_anew_when_it_breaks(tmp_path):
+    path, feed = str(tmp_path / "truth"), Told()
+    watch = TruthLine(path, NUMBERS, lambda number: (0.0, 0.0, 0.0), feed)
+    watch.turn(0.0)         # nobody is there
+    for now in (1.0, 3.0):
+        with socket.socket(socket.AF_UNIX) as listener:
+            listener.bind(path)
+            listener.listen(1)
+            watch.turn(now)
+            simulator, _ = listener.accept()
+        with simulator:
+            simulator.sendall(line(world=WORLD) + truth_with())
+            watch.turn(now + 0.1)
+        watch.turn(now + 0.2)       # it hung up
+        (tmp_path / "truth").unlink()
+    assert feed.texts == ["world", "origins", "cans"] * 2
+    watch.close()
