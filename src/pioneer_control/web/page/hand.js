@@ -1,119 +1,105 @@
-// What a hand on keys, stick or gamepad wants, and when it is told to the robot. No events, no clock: both are given.
+// What a hand on keys, stick or gamepad wants, and when a robot is told. No events and no clock: both are given.
 
-const KEYS = new Map([["ArrowUp", [1, 0]], ["KeyW", [1, 0]], ["ArrowDown", [-1, 0]], ["KeyS", [-1, 0]],
-  ["ArrowLeft", [0, 1]], ["KeyA", [0, 1]], ["ArrowRight", [0, -1]], ["KeyD", [0, -1]]]);
-const REPEAT = 1000;    // ms: a key that is held repeats sooner than this
-const FRESH = 400;      // ms: nobody drives by an older picture
-const EVERY = 50;       // ms between two messages
+const KEYS = {ArrowUp: [1, 0], KeyW: [1, 0], ArrowDown: [-1, 0], KeyS: [-1, 0], ArrowLeft: [0, 1], KeyA: [0, 1], ArrowRight: [0, -1],
+	KeyD: [0, -1]};
+const REPEAT = 1000;	// ms: a key that is held repeats sooner than this
+const FRESH = 400;		// ms: nobody drives by an older picture
+const EVERY = 50;		// ms between two messages
 
 export function drives(code) {
-  return KEYS.has(code);
+	return Object.hasOwn(KEYS, code);
 }
 
 export class Hand {
-  constructor() {
-    Object.assign(this, {keys: new Set(), lost: new Map(), stick: null, pad: null, blocked: false});
-  }
+	constructor() {
+		Object.assign(this, {keys: new Set(), lost: new Map(), stick: null, pad: null, blocked: false});
+	}
 
-  press(code, repeat, now) {
-    if (this.lost.has(code)) {                      // still held since the window lost the focus: some systems call
-      const pressedAnew = !repeat && now > this.lost.get(code);     // its repeats new presses
-      if (!pressedAnew) return void this.lost.set(code, now + REPEAT);
-      this.lost.delete(code);
-    }
-    if (!repeat && drives(code)) this.keys.add(code);
-  }
+	press(code, repeat, now) {
+		if (this.lost.has(code)) {		// held since the window lost the focus: some systems call its repeats new presses
+			if (repeat || now <= this.lost.get(code)) return void this.lost.set(code, now + REPEAT);
+			this.lost.delete(code);
+		}
+		if (!repeat && drives(code)) this.keys.add(code);
+	}
 
-  release(code) {
-    this.keys.delete(code);
-    this.lost.delete(code);
-    this.settle();
-  }
+	release(code) {
+		this.keys.delete(code);
+		this.lost.delete(code);
+		this.settle();
+	}
 
-  // forward and turn, each -1 to 1; null: the stick is let go.
-  setStick(stick) {
-    this.stick = stick;
-    this.settle();
-  }
+	// "stick" or "pad" is at [forward, turn], each -1 to 1; null: let go.
+	put(what, at) {
+		this[what] = at;
+		this.settle();
+	}
 
-  // The same of a gamepad; null while its shoulder button is not held.
-  setPad(pad) {
-    this.pad = pad;
-    this.settle();
-  }
+	get held() {
+		return this.keys.size > 0 || this.stick !== null || this.pad !== null;
+	}
 
-  get held() {
-    return this.keys.size > 0 || this.stick !== null || this.pad !== null;
-  }
+	settle() {
+		if (!this.held) this.blocked = false;
+	}
 
-  settle() {
-    if (!this.held) this.blocked = false;
-  }
+	// Nothing counts until all is let go.
+	drop() {
+		this.blocked = this.held;
+	}
 
-  // Nothing counts until all is let go.
-  drop() {
-    this.blocked = this.held;
-  }
+	// The window lost the focus: no release of a key will be heard.
+	leave() {
+		for (const code of this.keys) this.lost.set(code, Infinity);
+		this.keys.clear();
+		this.drop();
+	}
 
-  // The window lost the focus: no release of a key will be heard.
-  leave() {
-    for (const code of this.keys) this.lost.set(code, Infinity);
-    this.keys.clear();
-    this.drop();
-  }
+	back(now) {
+		for (const code of this.lost.keys()) this.lost.set(code, now + REPEAT);
+	}
 
-  back(now) {
-    for (const code of this.lost.keys()) this.lost.set(code, now + REPEAT);
-  }
-
-  // [forward, turn], or null: the hand is off.
-  wants() {
-    if (!this.held || this.blocked) return null;
-    let [forward, turn] = this.stick || this.pad || [0, 0];
-    for (const code of this.keys) {
-      forward += KEYS.get(code)[0];
-      turn += KEYS.get(code)[1];
-    }
-    return [forward, turn].map(each => Math.max(-1, Math.min(1, each)));
-  }
+	// [forward, turn], or null: the hand is off.
+	wants() {
+		if (!this.held || this.blocked) return null;
+		const all = [this.stick || this.pad || [0, 0], ...[...this.keys].map(code => KEYS[code])];
+		return [0, 1].map(axis => Math.max(-1, Math.min(1, all.reduce((sum, each) => sum + each[axis], 0))));
+	}
 }
 
-// Where the stick is, from the place of the finger: dx right and dy down, in parts of its radius.
+// What a stick means that is moved so far to the right and down, in parts of its radius. Its middle is dead.
 export function stickAt(dx, dy) {
-  const far = Math.hypot(dx, dy), length = Math.min(1, Math.max(0, (far - 0.1) / 0.9));
-  return far === 0 ? [0, 0] : [-dy / far * length, -dx / far * length].map(each => each + 0);
+	const far = Math.hypot(dx, dy), part = far ? Math.min(1, Math.max(0, (far - 0.1) / 0.9)) / far : 0;
+	return [0 - dy * part, 0 - dx * part];
 }
 
-// What gamepads say: the drive of the first whose shoulder button (4 to 7) is held, and whether any B (1) is pressed.
+// Of gamepads: the stick of the first whose shoulder button (4 to 7) is held, and whether any B (1) is pressed.
 export function readPads(pads) {
-  const all = [...pads].filter(pad => pad && pad.connected !== false);
-  const pressed = (pad, number) => pad.buttons[number] !== undefined && pad.buttons[number].pressed;
-  const held = all.find(pad => [4, 5, 6, 7].some(number => pressed(pad, number)));
-  return {drive: held ? stickAt(held.axes[0], held.axes[1]) : null,
-    stop: all.some(pad => pressed(pad, 1))};
+	const all = [...pads].filter(pad => pad && pad.connected !== false);
+	const pressed = (pad, numbers) => numbers.some(number => pad.buttons[number] && pad.buttons[number].pressed);
+	const held = all.find(pad => pressed(pad, [4, 5, 6, 7]));
+	return {stick: held ? stickAt(held.axes[0], held.axes[1]) : null, stop: all.some(pad => pressed(pad, [1]))};
 }
 
 // Tells a robot what the hand wants: only right after a picture was drawn, and only while that picture is fresh.
 export class Deadman {
-  constructor(send) {
-    Object.assign(this, {send, robot: null, stamp: 0, at: -Infinity});
-  }
+	constructor(send) {
+		Object.assign(this, {send, robot: null, stamp: 0, at: -Infinity});
+	}
 
-  // A picture was drawn: the newest frame in it of this robot has this stamp and was sent at that time (ms, our clock).
-  drawn(want, robot, stamp, sent, now) {
-    if (this.robot !== null && this.robot !== robot) this.letGo();
-    if (this.robot === robot) this.stamp = stamp;
-    if (want === null) return this.letGo();
-    if (now - sent > FRESH || now - this.at < EVERY) return;
-    Object.assign(this, {robot, stamp, at: now});
-    this.send({do: "drive", robot, forward: want[0], turn: want[1], stamp});
-  }
+	// A picture was drawn: the newest frame in it of this robot has this stamp, and was sent at that time (ms, our clock).
+	drawn(want, robot, stamp, sent, now) {
+		if (this.robot === robot) this.stamp = stamp;
+		if (want === null || this.robot !== null && this.robot !== robot) this.letGo();
+		if (want === null || now - sent > FRESH || now - this.at < EVERY) return;
+		Object.assign(this, {robot, stamp, at: now});
+		this.send({do: "drive", robot, forward: want[0], turn: want[1], stamp});
+	}
 
-  // The hand is gone: zero, at once and once.
-  letGo() {
-    if (this.robot === null) return;
-    const robot = this.robot;
-    this.robot = null;
-    this.send({do: "drive", robot, forward: 0, turn: 0, stamp: this.stamp});
-  }
+	// The hand is gone: zero, at once and once.
+	letGo() {
+		const {robot, stamp} = this;
+		this.robot = null;
+		if (robot !== null) this.send({do: "drive", robot, forward: 0, turn: 0, stamp});
+	}
 }

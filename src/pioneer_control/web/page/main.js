@@ -3,352 +3,323 @@
 import {Controls} from "./controls.js";
 import {Deadman, Hand} from "./hand.js";
 import {MapPicture} from "./map.js";
-import {Model, echoesOf} from "./model.js";
-import {Panel, byId, put} from "./panel.js";
+import {Model} from "./model.js";
+import {Panel, byId, put, show} from "./panel.js";
 import {Recording} from "./recording.js";
 import {Live} from "./source.js";
 import {TimeLine} from "./timeline.js";
 import {Camera} from "./view.js";
 
-const OLD = 500;            // ms: a picture older than this is called old
-const SAID = 6000;          // ms that a message stays on the map
-const LIMITS = [0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.8, 1, 1.2, 1.5, 2];      // m/s
+const OLD = 500;		// ms: a picture older than this is called old
+const SAID = 6000;		// ms that a message stays on the map
+const LIMITS = [0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.8, 1, 1.2, 1.5, 2];		// m/s
 
-const model = new Model(), camera = new Camera(), hand = new Hand();
-const picture = new MapPicture(byId("floor"), byId("moving"), camera);
+const model = new Model(), camera = new Camera(), picture = new MapPicture(byId("floor"), byId("moving"), camera);
+const hand = new Hand(), deadman = new Deadman(message => live.send(message)), stopsToSend = new Set(), ages = [];
+const controls = new Controls(hand, {stop: () => timeline ? timeline.toggle() : stop(), gone: () => deadman.letGo(), key: pressed});
+const panel = new Panel(choose, command => act({do: "gripper", command}));
 let live = null, recording = null, timeline = null, chosen = null;
-let changed = true, panelAt = 0, drawnAt = performance.now(), saidAt = -Infinity, fitted = true;
-const stopsToSend = new Set(), ages = [];
+let redraw = true, rewrite = true, fitted = true, panelAt = 0, turnedAt = 0, saidAt = 0;
 
-const deadman = new Deadman(message => send(message));
-const controls = new Controls(hand, {stop: stopOrPlay, gone: () => deadman.letGo(), key: pressed});
-const panel = new Panel(choose, act);
-
-function send(message) {
-  return live !== null && live.send(message);
-}
-
-function act(message) {
-  if (chosen && !send({robot: chosen.number, ...message})) say("There is no connection: nothing was sent.");
+function changed() {
+	redraw = rewrite = true;
 }
 
 function say(text) {
-  put(byId("said"), text);
-  byId("said").hidden = false;
-  saidAt = performance.now();
+	put("said", text);
+	show("said", true);
+	saidAt = performance.now();
+}
+
+function act(message) {
+	if (!live.send({robot: chosen && chosen.number, ...message})) say("No connection: nothing was sent.");
 }
 
 // A stop that cannot go now goes as soon as it can: it never does harm.
-function stop(robot) {
-  controls.drop();
-  if (send({do: "stop", robot})) return;
-  stopsToSend.add(robot);
-  say("There is no connection: STOP goes out as soon as there is one.");
-}
-
-function stopOrPlay() {
-  if (timeline) timeline.toggle();
-  else if (live) stop(chosen ? chosen.number : "all");
+function stop(robot = chosen ? chosen.number : "all") {
+	controls.drop();
+	if (live.send({do: "stop", robot})) return;
+	stopsToSend.add(robot);
+	say("No connection: STOP goes out as soon as there is one.");
 }
 
 function choose(number) {
-  if (chosen && chosen.number === number) return;
-  controls.drop();
-  chosen = model.list.find(robot => robot.number === number) || model.list[0] || null;
-  ages.length = 0;
-  changed = true;
-  panelAt = 0;
-  if (timeline && chosen) timeline.list(chosen.number);
+	controls.drop();
+	chosen = model.robot(number) || model.list[0] || null;
+	ages.length = 0;
+	changed();
+	if (timeline && chosen) timeline.show(chosen.number);
+}
+
+// The robots changed: keep the chosen one, if it is still there.
+function keep() {
+	if (chosen && model.list.includes(chosen)) return;
+	choose((model.list.find(robot => robot.info.yours) || {}).number);
 }
 
 function step(way) {
-  const at = model.list.indexOf(chosen), count = model.list.length;
-  if (count > 1) choose(model.list[(at + way + count) % count].number);
+	const at = model.list.indexOf(chosen) + way, {length} = model.list;
+	if (length > 1) choose(model.list[(at + length) % length].number);
 }
 
 // --- What comes in ---
 
 function text(kind, value) {
-  if (kind === "recording") return void record(value);
-  model.take(kind, value);
-  if (kind === "hello") greet();
-  if (kind === "robots") {
-    const at = chosen && model.list.find(robot => robot.number === chosen.number);
-    if (at !== chosen || !chosen) choose((model.list.find(robot => robot.info.yours) || model.list[0] || {}).number);
-  }
-  if (kind === "said") say(value.text);
-  if (kind === "world" && fitted) fit();
-  changed = true;
+	if (kind === "recording") return record(value);
+	model.take(kind, value);
+	if (kind === "hello") greet();
+	if (kind === "robots") keep();
+	if (kind === "said") say(value.text);
+	if (kind === "world" && fitted) fit();
+	changed();
 }
 
 function greet() {
-  const {title, you, teacher} = model.hello;
-  document.title = title || "Robots";
-  put(byId("title"), title || "Robots");
-  byId("teacher").hidden = !teacher;
-  if (document.activeElement !== byId("my-name")) byId("my-name").value = (you || "").replace(/ /g, "_");
+	const {title = "Robots", you = "", teacher} = model.hello;
+	document.title = title;
+	put("title", title);
+	show("teacher", teacher);
+	document.body.classList.toggle("teaches", teacher === true);
+	if (document.activeElement !== byId("my-name")) byId("my-name").value = you.replace(/ /g, "_");
 }
 
 function frames(list) {
-  for (const [frame, sent] of list) if (model.all.has(frame.robot)) model.robot(frame.robot).take(frame, sent);
-  changed = true;
-  if (fitted && !model.world) fit();
+	for (const [frame, sent] of list) if (model.robot(frame.robot)) model.robot(frame.robot).take(frame, sent);
+	changed();
+	if (fitted && !model.world) fit();
 }
 
 function connection(state, reason) {
-  const words = {open: "live", connecting: "connecting", closed: "no connection", key: "no key", refused: "refused"};
-  put(byId("mode"), words[state]);
-  document.body.dataset.state = state;
-  if (state === "open") {
-    for (const robot of stopsToSend) send({do: "stop", robot});
-    stopsToSend.clear();
-  } else controls.drop();
-  const notice = {key: "Open this page with its whole address, as the server printed it: with # and the key at its end.",
-    refused: reason, closed: reason}[state];
-  byId("notice").hidden = !notice;
-  put(byId("notice"), notice || "");
+	const notice = {key: "Open this page with its whole address, as the server printed it: with # and the key at its end.",
+		refused: reason, closed: reason}[state] || "";
+	put("mode", {open: "live", connecting: "connecting", closed: "no connection", key: "no key", refused: "refused"}[state], state);
+	show("notice", notice);
+	put("notice", notice);
+	if (state !== "open") return controls.drop();
+	for (const robot of stopsToSend) live.send({do: "stop", robot});
+	stopsToSend.clear();
 }
 
 async function record(value) {
-  recording = new Recording(value, model);
-  timeline = new TimeLine(recording, () => picture.colour, () => chosen, () => {
-    if (!model.list.includes(chosen)) choose(model.list.length ? model.list[0].number : null);
-    changed = true;
-  });
-  document.body.classList.add("recorded");
-  put(byId("mode"), "recording");
-  greet();
-  await recording.unpackAll();
-  timeline.seek(0);
-  timeline.list(chosen.number);
-  changed = true;
-  fit();
+	recording = new Recording(value, model);
+	document.body.classList.add("recorded");
+	show("time", true);
+	put("mode", "recording");
+	model.take("hello", {title: value.name});
+	greet();
+	timeline = new TimeLine(recording, () => {
+		keep();
+		changed();
+	});
+	timeline.seek(0);
+	await recording.unpackAll();
+	unpacked();
+}
+
+function unpacked() {
+	timeline.seek(recording.at);
+	if (chosen) timeline.show(chosen.number);
+	fit();
 }
 
 // --- The view ---
 
 function fit() {
-  camera.fit(model.bounds());
-  fitted = true;
-  follow(false);
+	follow(false);
+	const {offsetWidth: wide, offsetHeight: high} = byId("tools");
+	camera.fit(model.bounds(), high > wide ? wide : 0, high > wide ? 0 : high);
+	fitted = true;
 }
 
 function follow(on) {
-  camera.follows = on;
-  byId("follow").setAttribute("aria-pressed", String(on));
-  changed = true;
+	camera.follows = on;
+	byId("follow").ariaPressed = String(on);
+	changed();
 }
 
-function zoom(factor, px, py) {
-  camera.zoom(factor, px, py);
-  fitted = false;
-  changed = true;
+function zoom(factor, pixel) {
+	camera.zoom(factor, pixel);
+	fitted = false;
+	changed();
 }
 
 function pressed(key) {
-  const action = {n: () => step(1), p: () => step(-1), f: () => follow(!camera.follows), 0: fit, "+": () => zoom(1.25),
-    "=": () => zoom(1.25), "-": () => zoom(0.8), "?": openHelp, j: () => timeline && timeline.jump(-1),
-    l: () => timeline && timeline.jump(1)}[key.toLowerCase()];
-  if (action) action();
+	const action = {n: () => step(1), p: () => step(-1), f: () => follow(!camera.follows), 0: fit, "+": () => zoom(1.25), "=": () => zoom(1.25),
+		"-": () => zoom(0.8), "?": openHelp, j: () => timeline && timeline.jump(-1), l: () => timeline && timeline.jump(1)}[key.toLowerCase()];
+	if (action) action();
 }
 
 function listenMap() {
-  const canvas = byId("moving"), fingers = new Map();
-  let moved = 0;
-  canvas.addEventListener("pointerdown", event => {
-    canvas.setPointerCapture(event.pointerId);
-    if (fingers.size === 0) moved = 0;
-    fingers.set(event.pointerId, [event.offsetX, event.offsetY]);
-  });
-  canvas.addEventListener("pointermove", event => {
-    const before = fingers.get(event.pointerId), now = [event.offsetX, event.offsetY];
-    if (!before) return;
-    const other = [...fingers].filter(([id]) => id !== event.pointerId).map(([, at]) => at)[0];
-    moved += Math.hypot(now[0] - before[0], now[1] - before[1]);
-    fingers.set(event.pointerId, now);
-    if (moved < 6 && !other) return;
-    if (other) zoom(Math.hypot(now[0] - other[0], now[1] - other[1]) / Math.max(1, Math.hypot(before[0] - other[0],
-        before[1] - other[1])), (now[0] + other[0]) / 2, (now[1] + other[1]) / 2);
-    if (!(other && camera.follows)) {
-      camera.drag((now[0] - before[0]) / (other ? 2 : 1), (now[1] - before[1]) / (other ? 2 : 1));
-      follow(false);
-    }
-    fitted = false;
-  });
-  canvas.addEventListener("pointerup", event => {
-    const robot = moved < 6 && fingers.size === 1 ? picture.robotAt(model, event.offsetX, event.offsetY) : null;
-    if (robot) choose(robot.number);
-  });
-  for (const name of ["pointerup", "pointercancel"])
-    canvas.addEventListener(name, event => fingers.delete(event.pointerId));
-  canvas.addEventListener("wheel", event => {
-    event.preventDefault();
-    zoom(Math.exp(-event.deltaY * (event.deltaMode ? 0.05 : 0.0015)), event.offsetX, event.offsetY);
-  }, {passive: false});
-  new ResizeObserver(() => {
-    picture.resize();
-    if (fitted) fit();
-    changed = true;
-  }).observe(canvas);
+	const canvas = byId("moving"), fingers = new Map(), at = event => [event.offsetX, event.offsetY];
+	const far = (one, other) => Math.hypot(one[0] - other[0], one[1] - other[1]);
+	let moved = 0;
+	canvas.onpointerdown = event => {
+		canvas.setPointerCapture(event.pointerId);
+		if (!fingers.size) moved = 0;
+		fingers.set(event.pointerId, at(event));
+	};
+	canvas.onpointermove = event => {
+		const before = fingers.get(event.pointerId), now = at(event), count = fingers.size;
+		if (!before) return;
+		moved += far(now, before);
+		const other = [...fingers].filter(([id]) => id !== event.pointerId).map(([, place]) => place)[0];
+		fingers.set(event.pointerId, now);
+		if (other) zoom(far(now, other) / Math.max(1, far(before, other)), [(now[0] + other[0]) / 2, (now[1] + other[1]) / 2]);
+		else if (moved > 6) follow(false);
+		if (camera.follows || moved <= 6) return;
+		camera.drag((now[0] - before[0]) / count, (now[1] - before[1]) / count);
+		fitted = false;
+		changed();
+	};
+	canvas.onpointerup = canvas.onpointercancel = event => {
+		const robot = event.type === "pointerup" && moved <= 6 && picture.robotAt(model, at(event));
+		if (robot) choose(robot.number);
+		fingers.delete(event.pointerId);
+	};
+	canvas.addEventListener("wheel", event => {
+		event.preventDefault();
+		zoom(Math.exp(-event.deltaY * (event.deltaMode ? 0.05 : 0.0015)), at(event));
+	}, {passive: false});
+	new ResizeObserver(dress).observe(canvas);
+}
+
+function dress() {
+	picture.dress();
+	if (fitted) fit();
+	if (timeline && chosen) timeline.show(chosen.number);
+	changed();
 }
 
 // --- Buttons ---
 
 function openHelp() {
-  controls.drop();
-  byId("help").showModal();
+	controls.drop();
+	byId("help").showModal();
 }
 
 function setTheme(theme) {
-  document.documentElement.dataset.theme = theme;
-  picture.dress();
-  if (timeline) timeline.dress();
-  changed = true;
+	document.documentElement.dataset.theme = theme;
+	dress();
 }
 
 function raise(way) {
-  const limit = (chosen && chosen.helm.limit || [0.2])[0], most = chosen ? chosen.info.max_linear || 2 : 2;
-  const steps = way > 0 ? LIMITS.filter(each => each > limit + 0.001) : LIMITS.filter(each => each < limit - 0.001).reverse();
-  if (steps.length) act({do: "limit", linear: Math.min(steps[0], most)});
+	const limit = (chosen.helm.limit || [0.2])[0], most = chosen.info.max_linear || 2;
+	const steps = LIMITS.filter(each => way * (each - limit) > 0.001), linear = way > 0 ? Math.min(most, ...steps) : Math.max(...steps);
+	if (steps.length && way * (linear - limit) > 0) act({do: "limit", linear});
 }
 
-function submit(form, field, message) {
-  byId(form).onsubmit = event => {
-    event.preventDefault();
-    const words = byId(field).value.replace(/_/g, " ").trim();
-    if (words && send(message(words)) && form === "say") byId(field).value = "";
-    byId(field).blur();
-  };
+// The space bar is STOP even in a text: there, _ is written for a space.
+function listenForm(form, field, make) {
+	byId(form).onsubmit = event => {
+		event.preventDefault();
+		const words = byId(field).value.replace(/_/g, " ").trim();
+		if (words && live.send(make(words)) && form === "say") byId(field).value = "";
+		byId(field).blur();
+	};
 }
 
 // A finger on STOP counts when it comes down; the click that follows is the same one.
 function listenStop(id, robot) {
-  let down = -Infinity;
-  byId(id).addEventListener("pointerdown", event => {
-    if (event.button !== 0) return;
-    down = performance.now();
-    stop(robot());
-  });
-  byId(id).addEventListener("click", () => performance.now() - down > 1000 && stop(robot()));
+	let down = -Infinity;
+	byId(id).onpointerdown = event => {
+		if (event.button) return;
+		down = event.timeStamp;
+		stop(robot);
+	};
+	byId(id).onclick = event => event.timeStamp - down > 1000 && stop(robot);
 }
 
 function listenButtons() {
-  const click = (id, action) => byId(id).onclick = action;
-  listenStop("stop", () => chosen ? chosen.number : "all");
-  listenStop("stop-all", () => "all");
-  click("unlock", () => act({do: "unlock"}));
-  click("unlock-all", () => send({do: "unlock", robot: "all"}));
-  click("take", () => act({do: "take"}));
-  click("release", () => act({do: "release"}));
-  click("motors-switch", () => act({do: "motors", on: byId("motors").textContent !== "on"}));
-  click("slower", () => raise(-1));
-  click("faster", () => raise(1));
-  click("previous", () => step(-1));
-  click("next", () => step(1));
-  click("zoom-in", () => zoom(1.25));
-  click("zoom-out", () => zoom(0.8));
-  click("fit", fit);
-  click("follow", () => follow(!camera.follows));
-  click("help-open", openHelp);
-  click("theme", () => {
-    const theme = document.documentElement.dataset.theme === "dark" ? "light" : "dark";
-    store(localStorage, "theme", theme);
-    setTheme(theme);
-  });
-  submit("say", "say-text", words => ({do: "say", text: words}));
-  submit("me", "my-name", words => ({do: "name", name: words}));
+	listenStop("stop");
+	listenStop("stop-all", "all");
+	const actions = {
+		unlock: () => act({do: "unlock"}), "unlock-all": () => act({do: "unlock", robot: "all"}), take: () => act({do: "take"}),
+		release: () => act({do: "release"}), "motors-switch": () => act({do: "motors", on: byId("motors").textContent === "off"}),
+		slower: () => raise(-1), faster: () => raise(1), previous: () => step(-1), next: () => step(1), "zoom-in": () => zoom(1.25),
+		"zoom-out": () => zoom(0.8), fit, follow: () => follow(!camera.follows), "help-open": openHelp,
+		theme: () => setTheme(kept(localStorage, "theme", document.documentElement.dataset.theme === "dark" ? "light" : "dark")),
+	};
+	for (const [id, action] of Object.entries(actions)) byId(id).onclick = action;
+	listenForm("say", "say-text", words => ({do: "say", text: words}));
+	listenForm("me", "my-name", words => ({do: "name", name: words}));
 }
 
 // --- Each picture ---
 
 function ageText(ms) {
-  return ms < 1000 ? `${Math.round(ms)} ms` : `${(ms / 1000).toFixed(1)} s`;
+	return ms < 1000 ? `${Math.round(ms)} ms` : `${(ms / 1000).toFixed(1)} s`;
 }
 
 function showAge(now) {
-  const age = !chosen || !chosen.frame ? Infinity : recording ? 1000 * recording.age(chosen)
-    : 1000 * chosen.frame.age + now - chosen.sent;
-  const old = age > OLD && chosen !== null;
-  ages.push([now, age]);
-  while (ages[0][0] < now - 500) ages.shift();                  // the worst of half a second: a number that can be read
-  put(byId("age-text"), age === Infinity ? "none" : ageText(old ? age : Math.max(...ages.map(each => each[1]))) + " old");
-  document.body.classList.toggle("old", old);
-  byId("old").hidden = !old;
-  if (!old) return void put(byId("old-words"), "");
-  put(byId("old-words"), recording ? "NO DATA" : age === Infinity ? "NO PICTURE" : "OLD PICTURE");
-  put(byId("old-age"), age === Infinity ? "" : ageText(age));
+	const none = !chosen || !chosen.frame;
+	const age = none ? Infinity : recording ? 1000 * recording.age(chosen) : 1000 * chosen.frame.age + now - chosen.sent, old = age > OLD;
+	ages.push([now, age]);
+	while (ages[0][0] < now - OLD) ages.shift();		// the worst of half a second: a number that can be read
+	put("age-text", none ? "none" : ageText(old ? age : Math.max(...ages.map(each => each[1]))) + " old");
+	document.body.classList.toggle("is-old", old && chosen !== null);
+	show("old", old && chosen);
+	put("old-words", !old ? "" : recording ? "NO DATA" : none ? "NO PICTURE" : "OLD PICTURE:");
+	put("old-age", old && !none ? ageText(age) : "");
 }
 
 function turn() {
-  requestAnimationFrame(turn);
-  const now = performance.now();
-  controls.poll();
-  if (timeline && timeline.advance((now - drawnAt) / 1000)) changed = true;
-  drawnAt = now;
-  const want = hand.wants();
-  if (changed || want) {
-    if (camera.follows && chosen && chosen.frame) {
-      const pose = model.pose(chosen);
-      camera.centre(pose.x, pose.y);
-    }
-    picture.draw(model, chosen);
-    if (timeline) timeline.draw();
-  }
-  if (live) tell(want, now);
-  if (now - panelAt > 80 && (changed || panelAt === 0)) {
-    panel.update(model, chosen, live !== null);
-    panelAt = now;
-    changed = false;
-  } else if (now - panelAt <= 80 && changed) changed = "panel";
-  showAge(now);
-  if (now - saidAt > SAID) byId("said").hidden = true;
-}
-
-// Right after the drawing: what was drawn, and where the hand wants to go by this picture.
-function tell(want, now) {
-  live.drawn(now);
-  const may = chosen && chosen.frame && chosen.info.yours !== false && !chosen.locked && !byId("help").open && live.open;
-  if (want && !may) controls.drop();
-  else if (chosen && chosen.frame) deadman.drawn(want, chosen.number, chosen.frame.stamp, chosen.sent, now);
+	requestAnimationFrame(turn);
+	const now = performance.now();
+	controls.poll();
+	if (timeline) timeline.advance((now - turnedAt) / 1000);
+	turnedAt = now;
+	const want = hand.wants(), frame = chosen && chosen.frame;
+	if (camera.follows && frame) camera.set(model.pose(chosen));
+	if (redraw || want) {
+		picture.draw(model, chosen);
+		if (timeline) timeline.draw();
+		redraw = false;
+	}
+	if (live) {		// right after the drawing: what was drawn, and where the hand wants to go by this picture
+		live.drawn(now);
+		if (want && !(frame && live.open && chosen.info.yours !== false && !chosen.locked && !byId("help").open)) controls.drop();
+		else if (frame) deadman.drawn(want, chosen.number, frame.stamp, chosen.sent, now);
+	}
+	if (rewrite && now - panelAt > 80) {
+		panel.update(model, chosen, live !== null);
+		[panelAt, rewrite] = [now, false];
+	}
+	showAge(now);
+	if (now - saidAt > SAID) show("said", false);
 }
 
 // --- Beginning ---
 
-// Storage may be forbidden: then nothing is kept.
-function store(storage, name, value) {
-  try {
-    if (value !== undefined) storage.setItem(name, value);
-    return storage.getItem(name);
-  } catch (error) {
-    return value === undefined ? null : value;
-  }
+// What the browser keeps under a name. It may forbid that: then nothing is kept.
+function kept(storage, name, value) {
+	try {
+		if (value) storage.setItem(name, value);
+		return storage.getItem(name);
+	} catch (error) {
+		return value;
+	}
 }
 
 function firstWords() {
-  const fromAddress = location.hash.slice(1);
-  if (fromAddress) {
-    store(sessionStorage, "key", fromAddress);
-    history.replaceState(null, "", location.pathname + location.search);
-  }
-  const made = [...crypto.getRandomValues(new Uint8Array(16))].map(each => each.toString(16).padStart(2, "0")).join("");
-  return {key: fromAddress || store(sessionStorage, "key") || "",
-    visitor: store(localStorage, "visitor") || store(localStorage, "visitor", made)};
+	const key = kept(sessionStorage, "key", location.hash.slice(1)) || "";
+	history.replaceState(null, "", location.pathname);
+	const made = Array.from(crypto.getRandomValues(new Uint8Array(32)), each => (each % 36).toString(36)).join("");
+	return {key, visitor: kept(localStorage, "visitor") || kept(localStorage, "visitor", made)};
 }
 
 function begin() {
-  const dark = matchMedia("(prefers-color-scheme: dark)");
-  setTheme(store(localStorage, "theme") || (dark.matches ? "dark" : "light"));
-  dark.onchange = () => store(localStorage, "theme") || setTheme(dark.matches ? "dark" : "light");
-  listenMap();
-  listenButtons();
-  const inside = byId("recording");
-  if (inside) record(JSON.parse(inside.textContent));
-  else {
-    const url = location.origin.replace("http", "ws") + "/page";
-    live = new Live(url, firstWords(), {text, frames, state: connection, columns: data => recording.unpackMessage(data)});
-    addEventListener("hashchange", () => location.hash.length > 1 && location.reload());
-  }
-  requestAnimationFrame(turn);
+	const dark = matchMedia("(prefers-color-scheme: dark)"), inside = byId("recording");
+	dark.onchange = () => setTheme(kept(localStorage, "theme") || (dark.matches ? "dark" : "light"));
+	dark.onchange();
+	listenMap();
+	listenButtons();
+	if (inside) record(JSON.parse(inside.textContent));
+	else {
+		live = new Live(location.origin.replace("http", "ws") + "/page", firstWords(), {text, frames, state: connection,
+			columns: buffer => recording.unpack(new DataView(buffer).getUint16(1, true), new Uint8Array(buffer, 3)).then(unpacked)});
+		window.onhashchange = () => location.hash.length > 1 && location.reload();
+	}
+	turn();
 }
 
 begin();

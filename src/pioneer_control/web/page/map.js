@@ -1,392 +1,264 @@
-// Draws the view from above, on two canvases: the floor, which rarely changes, and all that moves above it.
+// Draws the view from above on two canvases: the floor, which rarely changes, and all that moves above it.
 
 import {FLAG, GRIP} from "./frames.js";
 import {echoesOf, place, stateOf} from "./model.js";
 import {roundLength} from "./view.js";
 
-const NEAR = 0.5;           // m: an echo nearer than this is red, hatched and thick
-const LEAST_BODY = 15;      // pixels: a robot is never drawn smaller
-const FULL = 2 * Math.PI;
+const NEAR = 0.5;		// m: an echo nearer than this is red, hatched and thick
+const LEAST = 15;		// pixels: no robot is drawn smaller
+const FONT = 'px system-ui, "Segoe UI", Roboto, "DejaVu Sans", sans-serif';
+
+// The colours of the style sheet, which has them for light and dark.
+export function colours() {
+	const style = getComputedStyle(document.documentElement);
+	return new Proxy({}, {get: (known, name) => known[name] = known[name] || style.getPropertyValue("--" + name).trim()});
+}
+
+// Makes a canvas as fine as the screen. Returns its context, in pixels of CSS.
+export function sized(canvas, width, height) {
+	const ratio = Math.min(3, window.devicePixelRatio || 1), ctx = canvas.getContext("2d");
+	canvas.width = Math.round(width * ratio);
+	canvas.height = Math.round(height * ratio);
+	ctx.scale(ratio, ratio);
+	return ctx;
+}
 
 export class MapPicture {
-  constructor(floor, moving, camera) {
-    Object.assign(this, {floor, moving, camera, drawn: "", grid: null, gridOf: null});
-    this.dress();
-  }
+	constructor(floor, moving, camera) {
+		Object.assign(this, {floor, moving, camera});
+	}
 
-  // Colours come from the style sheet: call this when they changed.
-  dress() {
-    const style = getComputedStyle(document.documentElement);
-    this.colour = {};
-    for (const name of ["floor", "beyond", "grid", "wall", "box", "ink", "ink2", "card", "trail", "cone", "echo", "can", "goal",
-      "none", "bad", "person", "program", "still"])
-      this.colour[name] = style.getPropertyValue("--" + name).trim();
-    this.drawn = "";
-    const tile = document.createElement("canvas"), ctx = tile.getContext("2d");
-    tile.width = tile.height = 6;
-    ctx.strokeStyle = this.colour.bad;
-    ctx.lineWidth = 1.6;
-    ctx.beginPath();
-    for (const at of [-6, 0, 6]) {
-      ctx.moveTo(at - 1, 7);
-      ctx.lineTo(at + 7, -1);
-    }
-    ctx.stroke();
-    this.hatch = ctx.createPattern(tile, "repeat");
-  }
+	// The size or the colours changed.
+	dress() {
+		const {clientWidth: width, clientHeight: height} = this.moving;
+		this.contexts = [this.floor, this.moving].map(canvas => sized(canvas, width, height));
+		for (const ctx of this.contexts) ctx.lineJoin = "round";
+		this.colour = colours();
+		this.shown = "";
+		this.camera.set({width, height});
+		const tile = document.createElement("canvas");
+		tile.width = tile.height = 6;
+		this.ctx = tile.getContext("2d");
+		for (const at of [-6, 0, 6]) this.lines([[at - 1, 7], [at + 7, -1]]).stroke("bad", 1.6);
+		this.colour.hatch = this.ctx.createPattern(tile, "repeat");
+	}
 
-  resize() {
-    const {clientWidth: width, clientHeight: height} = this.moving, ratio = Math.min(3, window.devicePixelRatio || 1);
-    for (const canvas of [this.floor, this.moving]) {
-      canvas.width = Math.round(width * ratio);
-      canvas.height = Math.round(height * ratio);
-      canvas.getContext("2d").setTransform(ratio, 0, 0, ratio, 0, 0);
-    }
-    this.camera.resize(width, height);
-  }
+	draw(model, chosen) {
+		const shown = [this.camera.changes, model.worlds].join();
+		this.ctx = this.contexts[0];
+		if (shown !== this.shown) this.drawFloor(model.world);
+		this.shown = shown;
+		this.ctx = this.contexts[1];
+		this.ctx.clearRect(0, 0, this.camera.width, this.camera.height);
+		const robots = model.list.filter(robot => robot.frame).sort((one, other) => (one === chosen) - (other === chosen));
+		for (const robot of robots) this.drawTrail(model.origin(robot), robot, robot === chosen);
+		if (robots.includes(chosen)) this.drawCones(chosen, model.pose(chosen));
+		for (const robot of robots) this.drawEchoes(model.origin(robot), robot, robot === chosen);
+		this.drawCans(model);
+		for (const robot of robots) this.drawGoal(model.goals[robot.number], robot, robot === chosen && model.pose(robot));
+		for (const robot of robots) this.drawBody(robot, model.pose(robot), robot === chosen);
+		for (const robot of robots) this.drawLabel(robot, model.pose(robot), robot === chosen, robots.length < 5);
+	}
 
-  draw(model, chosen) {
-    const state = [this.camera.changes, model.worlds].join();
-    if (state !== this.drawn) this.drawFloor(model.world);
-    this.drawn = state;
-    const ctx = this.moving.getContext("2d");
-    ctx.clearRect(0, 0, this.camera.width, this.camera.height);
-    ctx.lineJoin = ctx.lineCap = "round";
-    const robots = model.list.filter(robot => robot.frame && robot !== chosen);
-    if (chosen && chosen.frame) robots.push(chosen);            // above all others
-    for (const robot of robots) this.drawTrail(ctx, model, robot, robot === chosen);
-    if (robots.includes(chosen)) this.drawCones(ctx, chosen, model.pose(chosen));
-    for (const robot of robots) this.drawEchoes(ctx, model, robot, robot === chosen);
-    this.drawCans(ctx, model);
-    for (const robot of robots) this.drawGoal(ctx, model, robot, robot === chosen);
-    for (const robot of robots) this.drawBody(ctx, robot, model.pose(robot), robot === chosen);
-    for (const robot of robots) this.drawLabel(ctx, robot, model.pose(robot), robot === chosen, robots.length < 5);
-  }
+	// --- Pencils. All but world() take pixels ---
 
-  path(ctx, points, close) {
-    ctx.beginPath();
-    for (const [x, y] of points) ctx.lineTo(...this.camera.toScreen(x, y));
-    if (close) ctx.closePath();
-  }
+	lines(points, close) {
+		this.ctx.beginPath();
+		for (const point of points) this.ctx.lineTo(...point);
+		if (close) this.ctx.closePath();
+		return this;
+	}
 
-  disc(ctx, x, y, radius) {
-    const [px, py] = this.camera.toScreen(x, y);
-    ctx.beginPath();
-    ctx.arc(px, py, radius, 0, FULL);
-  }
+	world(points, close) {
+		return this.lines(points.map(point => this.camera.toScreen(point)), close);
+	}
 
-  // --- What stands still ---
+	disc([px, py], radius) {
+		this.ctx.beginPath();
+		this.ctx.arc(px, py, radius, 0, 7);
+		return this;
+	}
 
-  drawFloor(world) {
-    const ctx = this.floor.getContext("2d"), {camera, colour} = this;
-    const thick = Math.max(2, Math.min(6, 0.06 * camera.scale));
-    ctx.lineJoin = ctx.lineCap = "round";
-    ctx.fillStyle = world ? colour.beyond : colour.floor;
-    ctx.fillRect(0, 0, camera.width, camera.height);
-    if (world) {
-      const [x1, y1, x2, y2] = world.bounds;
-      if (world.grid) this.drawCells(ctx, world.grid);
-      else {
-        this.path(ctx, [[x1, y1], [x2, y1], [x2, y2], [x1, y2]], true);
-        ctx.fillStyle = colour.floor;
-        ctx.fill();
-      }
-    }
-    this.drawGrid(ctx);
-    if (world) {
-      ctx.strokeStyle = colour.wall;
-      ctx.fillStyle = colour.box;
-      ctx.lineWidth = Math.max(1.5, thick / 2);
-      for (const box of world.boxes || []) {
-        this.path(ctx, box, true);
-        ctx.fill();
-        ctx.stroke();
-      }
-      for (const [x, y, radius] of world.posts || []) {
-        this.disc(ctx, x, y, radius * camera.scale);
-        ctx.fill();
-        ctx.stroke();
-      }
-      ctx.lineWidth = thick;
-      for (const [x1, y1, x2, y2] of world.walls || []) {
-        this.path(ctx, [[x1, y1], [x2, y2]]);
-        ctx.stroke();
-      }
-    }
-    this.drawScale(ctx);
-  }
+	stroke(colour, width, alpha = 1) {
+		Object.assign(this.ctx, {strokeStyle: this.colour[colour], lineWidth: width, globalAlpha: alpha});
+		this.ctx.stroke();
+		return this;
+	}
 
-  drawGrid(ctx) {
-    const {camera} = this, step = Math.max(roundLength(camera.scale, 90), 0.1);
-    const [left, top] = camera.toWorld(0, 0), [right, bottom] = camera.toWorld(camera.width, camera.height);
-    ctx.strokeStyle = this.colour.grid;
-    ctx.lineWidth = 1;
-    ctx.beginPath();
-    for (let x = Math.ceil(left / step) * step; x < right; x += step) {
-      const px = Math.round(camera.toScreen(x, 0)[0]) + 0.5;
-      ctx.moveTo(px, 0);
-      ctx.lineTo(px, camera.height);
-    }
-    for (let y = Math.ceil(bottom / step) * step; y < top; y += step) {
-      const py = Math.round(camera.toScreen(0, y)[1]) + 0.5;
-      ctx.moveTo(0, py);
-      ctx.lineTo(camera.width, py);
-    }
-    ctx.stroke();
-  }
+	fill(colour, alpha = 1) {
+		Object.assign(this.ctx, {fillStyle: this.colour[colour], globalAlpha: alpha});
+		this.ctx.fill();
+		return this;
+	}
 
-  // A scale bar at the lower left, on a ground of its own, so that it can be read above anything.
-  drawScale(ctx) {
-    const {camera, colour} = this, length = roundLength(camera.scale, 120), wide = length * camera.scale;
-    const text = length < 1 ? Math.round(100 * length) + " cm" : length + " m", x = 14, y = camera.height - 14;
-    ctx.fillStyle = colour.card;
-    ctx.globalAlpha = 0.85;
-    ctx.beginPath();
-    ctx.roundRect(x - 8, y - 26, wide + 16, 34, 6);
-    ctx.fill();
-    ctx.globalAlpha = 1;
-    ctx.fillStyle = colour.ink;
-    ctx.font = this.font(12, 600);
-    ctx.textAlign = "center";
-    ctx.textBaseline = "alphabetic";
-    ctx.fillText(text, x + wide / 2, y - 9);
-    ctx.strokeStyle = colour.ink;
-    ctx.lineCap = "butt";
-    ctx.lineWidth = 2;
-    ctx.beginPath();
-    ctx.moveTo(x, y - 6);
-    ctx.lineTo(x, y);
-    ctx.lineTo(x + wide, y);
-    ctx.lineTo(x + wide, y - 6);
-    ctx.stroke();
-  }
+	// A text on a plate of its own: it can be read above anything.
+	plate(text, px, py, size, ink, ground, edge, least = size + 6) {
+		const {ctx} = this, high = size + 6;
+		Object.assign(ctx, {font: "700 " + size + FONT, textAlign: "center", textBaseline: "middle"});
+		const wide = Math.max(least, ctx.measureText(text).width + 10);
+		ctx.beginPath();
+		ctx.roundRect(px - wide / 2, py - high / 2, wide, high, high / 2);
+		this.fill(ground, 0.92).stroke(edge, 1.5);
+		ctx.fillStyle = this.colour[ink];
+		ctx.fillText(text, px, py + 0.5);
+	}
 
-  // A map of cells is painted once, and then laid down as a picture.
-  drawCells(ctx, grid) {
-    const {camera} = this;
-    if (this.gridOf !== grid.cells + this.colour.floor) {
-      const cells = atob(grid.cells), image = new ImageData(grid.width, grid.height);
-      const shades = [this.colour.floor, this.colour.wall, this.colour.beyond].map(hex =>
-        [1, 3, 5].map(at => parseInt(hex.slice(at, at + 2), 16)));
-      for (let i = 0; i < cells.length; i++) image.data.set([...shades[cells.charCodeAt(i)] || shades[2], 255], 4 * i);
-      this.grid = document.createElement("canvas");
-      this.grid.width = grid.width;
-      this.grid.height = grid.height;
-      this.grid.getContext("2d").putImageData(image, 0, 0);
-      this.gridOf = grid.cells + this.colour.floor;
-    }
-    const [x, y, heading] = grid.origin, scale = camera.scale * grid.resolution;
-    ctx.save();
-    ctx.translate(...camera.toScreen(x, y));
-    ctx.rotate(-heading);
-    ctx.scale(scale, -scale);
-    ctx.imageSmoothingEnabled = false;
-    ctx.drawImage(this.grid, 0, 0);
-    ctx.restore();
-  }
+	// --- What stands still ---
 
-  // --- What moves ---
+	drawFloor(world) {
+		const {camera} = this, thick = Math.max(2, Math.min(6, 0.06 * camera.scale)), {width, height} = camera;
+		this.ctx.lineCap = "round";
+		this.lines([[0, 0], [width, 0], [width, height], [0, height]]).fill(world ? "beyond" : "floor");
+		const {bounds: [x1, y1, x2, y2], grid, walls = [], boxes = [], posts = []} = world || {bounds: [0, 0, 0, 0]};
+		if (grid) this.drawCells(grid); else this.world([[x1, y1], [x2, y1], [x2, y2], [x1, y2]]).fill("floor");
+		this.drawGrid(roundLength(camera.scale, 90));
+		for (const box of boxes) this.world(box, true).fill("box").stroke("wall", thick / 2);
+		for (const [x, y, radius] of posts)
+			this.disc(camera.toScreen([x, y]), radius * camera.scale).fill("box").stroke("wall", thick / 2);
+		for (const [ax, ay, bx, by] of walls) this.world([[ax, ay], [bx, by]]).stroke("wall", thick);
+		const length = roundLength(camera.scale, 120), wide = length * camera.scale, x = 18, y = height - 16;
+		this.plate(length < 1 ? Math.round(100 * length) + " cm" : length + " m", x + wide / 2, y - 9, 12, "ink", "card", "card", wide);
+		this.ctx.lineCap = "butt";
+		this.lines([[x, y - 4], [x, y + 2], [x + wide, y + 2], [x + wide, y - 4]]).stroke("card", 5).stroke("ink", 2);
+	}
 
-  // The way of a robot: the older, the paler, yet never too pale to see.
-  drawTrail(ctx, model, robot, isChosen) {
-    const {x, y, count} = robot.trail, origin = model.origin(robot.number), parts = isChosen ? 12 : 4;
-    const first = Math.max(0, count - (isChosen ? 4000 : 60)), size = Math.ceil((count - first) / parts);
-    ctx.strokeStyle = isChosen ? this.colour.trail : this.colour[stateOf(robot)[0]];
-    ctx.lineWidth = isChosen ? 4.5 : 2.5;
-    const lowest = isChosen ? 0.3 : 0.15, highest = isChosen ? 0.95 : 0.6;
-    ctx.lineCap = "butt";                                       // round ends of pale parts would show as dots
-    for (let part = 0; size > 0 && part < parts; part++) {
-      const from = first + part * size, to = Math.min(count - 1, from + size);
-      ctx.globalAlpha = lowest + (highest - lowest) * ((part + 1) / parts) ** 1.5;
-      ctx.beginPath();
-      for (let i = from; i <= to; i++) ctx.lineTo(...this.camera.toScreen(...place(origin, x[i], y[i])));
-      if (to === count - 1) ctx.lineTo(...this.camera.toScreen(...place(origin, robot.frame.x, robot.frame.y)));
-      ctx.stroke();
-    }
-    ctx.lineCap = "round";
-    ctx.globalAlpha = 1;
-  }
+	drawGrid(step) {
+		const {camera} = this, {width, height} = camera, [left, top] = camera.toWorld([0, 0]);
+		for (let i = Math.ceil(left / step), px; (px = Math.round(camera.toScreen([i * step, 0])[0]) + 0.5) < width; i++)
+			this.lines([[px, 0], [px, height]]).stroke("grid", 1);
+		for (let i = Math.floor(top / step), py; (py = Math.round(camera.toScreen([0, i * step])[1]) + 0.5) < height; i--)
+			this.lines([[0, py], [width, py]]).stroke("grid", 1);
+	}
 
-  // A sonar hears in a cone. What it heard is somewhere on the arc.
-  drawCones(ctx, robot, pose) {
-    const {sonar, sonar_cone: half} = robot.info;
-    (sonar || []).forEach((one, i) => {
-      const range = robot.frame.ranges[i];
-      if (!one || !Number.isFinite(range)) return;
-      const [px, py] = this.camera.toScreen(...place(pose, one[0], one[1]));
-      const heading = -(pose.heading + one[2]), near = range < NEAR, radius = range * this.camera.scale;
-      ctx.beginPath();
-      ctx.moveTo(px, py);
-      ctx.arc(px, py, radius, heading - half, heading + half);
-      ctx.closePath();
-      ctx.fillStyle = near ? this.hatch : this.colour.cone;
-      ctx.globalAlpha = near ? 1 : 0.16;
-      ctx.fill();
-      ctx.globalAlpha = 1;
-      ctx.beginPath();
-      ctx.arc(px, py, radius, heading - half, heading + half);
-      ctx.strokeStyle = near ? this.colour.bad : this.colour.cone;
-      ctx.lineWidth = near ? 5 : 2;
-      ctx.stroke();
-    });
-  }
+	// A map of cells is painted once, and then laid down as a picture.
+	drawCells(grid) {
+		const {ctx, colour} = this, scale = this.camera.scale * grid.resolution, key = grid.cells + colour.floor;
+		if (this.cellsOf !== key) {
+			const cells = atob(grid.cells);
+			this.cells = document.createElement("canvas");
+			Object.assign(this.cells, {width: grid.width, height: grid.height});
+			const image = new ImageData(grid.width, grid.height), shades = [colour.floor, colour.wall, colour.beyond].map(hex =>
+				[1, 3, 5].map(at => parseInt(hex.slice(at, at + 2), 16)));
+			for (let i = 0; i < cells.length; i++) image.data.set([...shades[cells.charCodeAt(i)] || shades[2], 255], 4 * i);
+			this.cells.getContext("2d").putImageData(image, 0, 0);
+			this.cellsOf = key;
+		}
+		ctx.save();
+		ctx.translate(...this.camera.toScreen(grid.origin));
+		ctx.rotate(-grid.origin[2]);
+		ctx.scale(scale, -scale);
+		ctx.imageSmoothingEnabled = false;
+		ctx.drawImage(this.cells, 0, 0);
+		ctx.restore();
+	}
 
-  drawEchoes(ctx, model, robot, isChosen) {
-    const origin = model.origin(robot.number);
-    const dots = (echoes, size, alpha) => {
-      ctx.globalAlpha = alpha;
-      for (const [x, y] of echoes) {
-        const [px, py] = this.camera.toScreen(...place(origin, x, y));
-        ctx.fillRect(px - size / 2, py - size / 2, size, size);
-      }
-    };
-    ctx.fillStyle = this.colour.echo;
-    dots(robot.echoes, isChosen ? 3 : 2, isChosen ? 0.5 : 0.35);
-    if (!isChosen) dots(echoesOf(robot.info, robot.frame), 3.5, 1);
-    ctx.globalAlpha = 1;
-  }
+	// --- What moves ---
 
-  // A can on the floor is full, a lifted one a ring.
-  drawCans(ctx, model) {
-    const radius = Math.max(4, ((model.world && model.world.can || {}).radius || 0.03) * this.camera.scale);
-    ctx.lineWidth = 2;
-    for (const [x, y, lifted] of model.cans) {
-      this.disc(ctx, x, y, radius);
-      ctx.fillStyle = lifted > 0.005 ? this.colour.card : this.colour.can;
-      ctx.strokeStyle = lifted > 0.005 ? this.colour.can : this.colour.ink;
-      ctx.fill();
-      ctx.stroke();
-    }
-  }
+	// The way of a robot: the older, the paler, yet never too pale to see.
+	drawTrail(origin, robot, isChosen) {
+		const {trail, count, frame} = robot, parts = isChosen ? 12 : 4, first = Math.max(0, count - (isChosen ? 4000 : 60));
+		const size = Math.ceil((count - first) / parts);
+		for (let from = first, part = 1; from < count; from += size, part++) {
+			const points = trail.slice(from, Math.min(count, from + size + 1));
+			if (from + size >= count) points.push([frame.x, frame.y]);
+			this.world(points.map(point => place(origin, point)));
+			if (isChosen) this.stroke("trail", 4.5, 0.3 + 0.65 * (part / parts) ** 1.5);
+			else this.stroke(stateOf(robot)[0], 2.5, 0.15 + 0.4 * part / parts);
+		}
+	}
 
-  // A ring with a cross, and from the chosen robot a dotted line to it.
-  drawGoal(ctx, model, robot, isChosen) {
-    const goal = model.goals[robot.number];
-    if (!goal) return;
-    const [px, py] = this.camera.toScreen(...goal), pose = model.pose(robot);
-    ctx.strokeStyle = ctx.fillStyle = this.colour.goal;
-    if (isChosen) {
-      ctx.setLineDash([2, 7]);
-      ctx.lineWidth = 2.5;
-      this.path(ctx, [[pose.x, pose.y], goal]);
-      ctx.stroke();
-      ctx.setLineDash([]);
-    }
-    ctx.lineWidth = 3;
-    this.disc(ctx, ...goal, 9);
-    ctx.moveTo(px - 14, py);
-    ctx.lineTo(px + 14, py);
-    ctx.moveTo(px, py - 14);
-    ctx.lineTo(px, py + 14);
-    ctx.stroke();
-    this.text(ctx, String(robot.number), px, py - 22, this.colour.goal, 12);
-  }
+	// A sonar hears in a cone. What it heard is somewhere on the arc.
+	drawCones({info, frame}, pose) {
+		(info.sonar || []).forEach((one, i) => {
+			const range = frame.ranges[i];
+			if (!one || !Number.isFinite(range)) return;
+			const [px, py] = this.camera.toScreen(place(pose, one)), heading = -(pose.heading + one[2]), near = range < NEAR;
+			const arc = () => this.ctx.arc(px, py, range * this.camera.scale, heading - info.sonar_cone, heading + info.sonar_cone);
+			this.lines([[px, py]]);
+			arc();
+			this.fill(near ? "hatch" : "cone", near ? 1 : 0.15);
+			this.ctx.beginPath();
+			arc();
+			this.stroke(near ? "bad" : "cone", near ? 5 : 2);
+		});
+	}
 
-  // Grows a body that would be too small to see.
-  grown(info) {
-    const size = Math.max(...info.outline.map(each => Math.abs(each[0])), 0.1) * 2;
-    return Math.max(1, LEAST_BODY / (size * this.camera.scale));
-  }
+	// Of the chosen robot also those that it heard lately: its cones show where it hears now.
+	drawEchoes(origin, robot, isChosen) {
+		Object.assign(this.ctx, {fillStyle: this.colour.echo, globalAlpha: isChosen ? 0.6 : 0.8});
+		for (const echo of isChosen ? robot.echoes : echoesOf(robot.info, robot.frame)) {
+			const [px, py] = this.camera.toScreen(place(origin, echo));
+			this.ctx.fillRect(px - 1.5, py - 1.5, 3, 3);
+		}
+	}
 
-  drawBody(ctx, robot, pose, isChosen) {
-    const {info, frame} = robot, {colour} = this, grow = this.grown(info);
-    const at = points => points.map(([x, y]) => place(pose, grow * x, grow * y));
-    const xs = info.outline.map(each => each[0]), tip = Math.max(...xs), rear = Math.min(...xs);
-    const fingers = frame.gripper & GRIP.fitted && info.outline.length > 4;      // the outline's tip is that of the paddles
-    const front = fingers ? Math.max(...xs.filter(each => each < tip - 0.01)) : tip, long = front - rear;
-    if (fingers) this.drawGripper(ctx, at, info, frame.gripper, front, tip);
-    ctx.globalAlpha = robot.is(FLAG.link) ? 1 : 0.55;
-    this.path(ctx, at(info.outline.filter(each => each[0] <= front + 0.001)), true);
-    if (isChosen) {
-      ctx.strokeStyle = colour.card;
-      ctx.lineWidth = 7;
-      ctx.stroke();
-    }
-    ctx.fillStyle = colour[stateOf(robot)[0]];
-    ctx.fill();
-    ctx.strokeStyle = colour.ink;
-    ctx.lineWidth = isChosen ? 2.5 : 1.25;
-    if (!robot.is(FLAG.link)) ctx.setLineDash([3, 3]);
-    ctx.stroke();
-    ctx.setLineDash([]);
-    ctx.globalAlpha = 1;
-    const wide = long * 0.28, from = front - 0.5 * long;
-    this.path(ctx, at([[front - 0.08 * long, 0], [from, wide], [from + 0.1 * long, 0], [from, -wide]]), true);
-    ctx.fillStyle = colour.card;
-    ctx.fill();
-    ctx.strokeStyle = colour.bad;
-    ctx.lineWidth = 6;
-    for (const [flag, x] of [[FLAG.bumpFront, front + 0.04], [FLAG.bumpRear, rear - 0.04]]) {
-      if (!robot.is(flag)) continue;
-      this.path(ctx, at([[x, -0.2], [x, 0.2]]));
-      ctx.stroke();
-    }
-  }
+	// A can on the floor is full, a lifted one a ring.
+	drawCans({cans, world}) {
+		const radius = Math.max(4, (world && world.can ? world.can.radius : 0.03) * this.camera.scale);
+		for (const [x, y, lifted] of cans)
+			this.disc(this.camera.toScreen([x, y]), radius).fill(lifted > 0.005 ? "card" : "can").stroke(lifted > 0.005 ? "can" : "ink", 2);
+	}
 
-  // Two paddles: apart, together, or between both while they move; with a disc where they hold something.
-  drawGripper(ctx, at, info, state, front, tip) {
-    const widest = Math.max(...info.outline.filter(each => each[0] > front + 0.001).map(each => Math.abs(each[1])));
-    const gap = widest * (state & GRIP.moving ? 0.6 : state & GRIP.closed ? state & GRIP.holding ? 0.4 : 0.15 : 1);
-    ctx.strokeStyle = this.colour.ink;
-    ctx.lineWidth = Math.max(2, 0.025 * this.camera.scale);
-    for (const points of [[[front, -widest], [front, widest]], [[front, gap], [tip, gap]], [[front, -gap], [tip, -gap]]]) {
-      this.path(ctx, at(points));
-      ctx.stroke();
-    }
-    if (!(state & GRIP.holding)) return;
-    this.disc(ctx, ...at([[(front + tip) / 2, 0]])[0], Math.max(3, 0.03 * this.camera.scale));
-    ctx.fillStyle = this.colour.can;
-    ctx.fill();
-  }
+	// A ring with a cross, and from the chosen robot, whose pose is given, a dotted line to it.
+	drawGoal(goal, robot, pose) {
+		if (!goal) return;
+		const [px, py] = this.camera.toScreen(goal);
+		this.ctx.setLineDash([2, 6]);
+		if (pose) this.world([[pose.x, pose.y], goal]).stroke("goal", 2.5);
+		this.ctx.setLineDash([]);
+		this.disc([px, py], 8).stroke("goal", 3);
+		for (const [dx, dy] of [[13, 0], [0, 13]]) this.lines([[px - dx, py - dy], [px + dx, py + dy]]).stroke("goal", 3);
+		this.plate("goal " + robot.number, px, py - 24, 10.5, "ink", "card", "goal");
+	}
 
-  font(size, weight) {
-    return `${weight} ${size}px system-ui, "Segoe UI", Roboto, "DejaVu Sans", sans-serif`;
-  }
+	// How much a body grows that would be too small to see.
+	grown({outline}) {
+		return Math.max(1, LEAST / (2 * this.camera.scale * Math.max(0.1, ...outline.map(each => Math.abs(each[0])))));
+	}
 
-  text(ctx, text, px, py, colour, size) {
-    ctx.font = this.font(size, 700);
-    ctx.textAlign = "center";
-    ctx.textBaseline = "middle";
-    ctx.lineWidth = 3;
-    ctx.strokeStyle = this.colour.card;
-    ctx.strokeText(text, px, py);
-    ctx.fillStyle = colour;
-    ctx.fillText(text, px, py);
-  }
+	drawBody(robot, pose, isChosen) {
+		const {info: {outline}, frame: {gripper}} = robot, grow = this.grown(robot.info);
+		const at = (points, close) => this.world(points.map(([x, y]) => place(pose, [grow * x, grow * y])), close);
+		const xs = outline.map(each => each[0]), tip = Math.max(...xs), rear = Math.min(...xs);
+		const paddles = gripper && outline.length > 4 ? outline.filter(each => each[0] > tip - 0.01) : [];
+		const front = paddles.length ? Math.max(...xs.filter(x => x <= tip - 0.01)) : tip, long = front - rear;
+		if (paddles.length) this.drawGripper(at, gripper, front, tip, Math.max(...paddles.map(each => each[1])));
+		const alpha = robot.is(FLAG.link) ? 1 : 0.55;
+		at(outline.filter(each => each[0] <= front), true);
+		if (isChosen) this.stroke("card", 7);
+		this.ctx.setLineDash(alpha < 1 ? [3, 3] : []);
+		this.fill(stateOf(robot)[0], alpha).stroke("ink", isChosen ? 2.5 : 1.25, alpha);
+		this.ctx.setLineDash([]);
+		const nose = front - 0.08 * long, from = front - 0.55 * long, wide = 0.28 * long;
+		at([[nose, 0], [from, wide], [from + 0.12 * long, 0], [from, -wide]], true).fill("card");
+		for (const [flag, x] of [[FLAG.bumpFront, front + 0.04], [FLAG.bumpRear, rear - 0.04]])
+			if (robot.is(flag)) at([[x, -0.2], [x, 0.2]]).stroke("bad", 6);
+	}
 
-  // Number, the name where there is room, and a sign for whatever is wrong, on a small plate beside the robot.
-  drawLabel(ctx, robot, pose, isChosen, named) {
-    const {colour, camera} = this, [kind, sign] = stateOf(robot), [px, py] = camera.toScreen(pose.x, pose.y);
-    const size = isChosen ? 13 : camera.scale < 25 ? 10 : 11.5, high = size + 6;
-    const name = named ? " " + robot.info.name : "", alarm = kind === "bad" || kind === "none" ? " " + sign : "";
-    const text = robot.number + name + alarm;
-    ctx.font = this.font(size, 700);
-    const wide = Math.max(high, ctx.measureText(text).width + 10);
-    const y = py - 0.32 * camera.scale * this.grown(robot.info) - high / 2 - 3;
-    ctx.beginPath();
-    ctx.roundRect(px - wide / 2, y - high / 2, wide, high, high / 2);
-    ctx.fillStyle = isChosen ? colour.ink : colour.card;
-    ctx.globalAlpha = isChosen ? 1 : 0.9;
-    ctx.fill();
-    ctx.globalAlpha = 1;
-    ctx.lineWidth = 1.5;
-    ctx.strokeStyle = colour[kind];
-    ctx.stroke();
-    ctx.fillStyle = isChosen ? colour.card : colour.ink;
-    ctx.textAlign = "center";
-    ctx.textBaseline = "middle";
-    ctx.fillText(text, px, y + 0.5);
-  }
+	// Two paddles: apart, together, or between both while they move; a disc where they hold something.
+	drawGripper(at, state, front, tip, widest) {
+		const holds = state & GRIP.holding, closed = holds ? 0.4 : 0.15;
+		const gap = widest * (state & GRIP.moving ? 0.6 : state & GRIP.closed ? closed : 1);
+		for (const points of [[[front, -widest], [front, widest]], [[front, gap], [tip, gap]], [[front, -gap], [tip, -gap]]])
+			at(points).stroke("ink", Math.max(2, 0.03 * this.camera.scale));
+		if (holds) at([[tip - 0.07, 0], [tip - 0.07, 0]]).stroke("can", Math.max(6, 0.06 * this.camera.scale));
+	}
 
-  // The robot under a place on the screen, or null.
-  robotAt(model, px, py) {
-    let nearest = null, least = 26;
-    for (const robot of model.list) {
-      if (!robot.frame) continue;
-      const pose = model.pose(robot), [x, y] = this.camera.toScreen(pose.x, pose.y);
-      const far = Math.max(0, Math.hypot(px - x, py - y) - Math.max(0, 0.25 * this.camera.scale - 10));
-      if (far < least) [nearest, least] = [robot, far];
-    }
-    return nearest;
-  }
+	// Number, the name where there is room, and a sign for whatever is wrong.
+	drawLabel(robot, pose, isChosen, named) {
+		const {camera} = this, [kind, sign] = stateOf(robot), [px, py] = camera.toScreen([pose.x, pose.y]);
+		const size = isChosen ? 13 : camera.scale < 25 ? 10 : 11.5, above = 0.34 * camera.scale * this.grown(robot.info);
+		const text = robot.number + (named ? " " + robot.info.name : "") + (kind === "bad" || kind === "none" ? " " + sign : "");
+		this.plate(text, px, py - above - size, size, isChosen ? "card" : "ink", isChosen ? "ink" : "card", kind);
+	}
+
+	// The robot under a place on the screen.
+	robotAt(model, [px, py]) {
+		const far = robot => {
+			const pose = model.pose(robot), [x, y] = this.camera.toScreen([pose.x, pose.y]);
+			return Math.hypot(px - x, py - y);
+		};
+		const near = Math.max(26, 0.3 * this.camera.scale);
+		return model.list.filter(robot => robot.frame && far(robot) < near).sort((one, other) => far(one) - far(other))[0];
+	}
 }

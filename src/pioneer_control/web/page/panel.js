@@ -1,185 +1,169 @@
-// The words beside the map: the chosen robot, the list of all, and what the server said. Only texts, never markup.
+// The words beside the map: the chosen robot, the list of all, what the server said. Only ever as texts, never as markup.
 
 import {FLAG, GRIP} from "./frames.js";
 import {stateOf} from "./model.js";
 
-const GRIPS = ["open", "close", "up", "down", "deploy", "store", "stop"];
-
 export function byId(id) {
-  return document.getElementById(id);
+	return document.getElementById(id);
 }
 
-// Changes nothing that is as it should be: so a screen reader speaks only of what changed.
-export function put(element, text) {
-  if (element.textContent !== text) element.textContent = text;
+// Changes only what is not yet so: a screen reader speaks only of what changed.
+export function put(id, text, kind = "") {
+	const element = typeof id === "string" ? byId(id) : id;
+	if (element.textContent !== text) element.textContent = text;
+	if (element.dataset.kind !== kind) element.dataset.kind = kind;
 }
 
-function show(element, shown) {
-  if (element.hidden === shown) element.hidden = !shown;
+export function show(id, shown) {
+	byId(id).hidden = !shown;
 }
 
-function paint(element, kind) {
-  if (element.dataset.kind !== kind) element.dataset.kind = kind;
+// Fills a list with an item for each value, if the values are others than before.
+export function items(list, values, make) {
+	const key = JSON.stringify(values);
+	if (list.dataset.key === key) return;
+	list.dataset.key = key;
+	list.replaceChildren(...values.map(value => {
+		const item = document.createElement("li");
+		make(item, value);
+		return item;
+	}));
 }
 
-function fill(list, texts, make) {
-  const key = JSON.stringify(texts);
-  if (list.dataset.key === key) return;
-  list.dataset.key = key;
-  list.replaceChildren(...texts.map(text => {
-    const item = document.createElement("li");
-    make(item, text);
-    return item;
-  }));
+// What the numbers show: title, what is so, and whether that is bad.
+const CELLS = {
+	linear: ["Forward", robot => `${robot.frame.linear.toFixed(2)} m/s`],
+	angular: ["Turn", robot => turnText(Math.round(robot.frame.angular * 180 / Math.PI))],
+	battery: ["Battery", robot => batteryText(robot.status.battery) + (robot.is(FLAG.charging) ? " · charging" : ""),
+		robot => (robot.status.battery || {}).level],
+	motors: ["Motors", robot => robot.is(FLAG.motors) ? "on" : "off"],
+	wheels: ["Wheels", robot => either(robot, FLAG.stallLeft, "left", FLAG.stallRight, "right", " stalled"), robot => robot.is(FLAG.stall)],
+	bumpers: ["Bumpers", robot => either(robot, FLAG.bumpFront, "front", FLAG.bumpRear, "rear", " pressed"), robot => robot.is(FLAG.bump)],
+	button: ["STOP button", robot => robot.is(FLAG.button) ? "pressed" : "free", robot => robot.is(FLAG.button)],
+	gripper: ["Gripper", robot => gripText(robot.frame.gripper)],
+	link: ["Link", robot => linkText(robot.status.link || "ok", robot.status.counts), robot => (robot.status.link || "ok") !== "ok"],
+};
+
+function turnText(degrees) {
+	return `${Math.abs(degrees)} °/s${degrees ? degrees > 0 ? " left" : " right" : ""}`;
 }
 
-function pair(robot, left, right, names, none) {
-  const found = [robot.is(left) && names[0], robot.is(right) && names[1]].filter(each => each);
-  return found.length ? found.join(" and ") : none;
+function either(robot, one, oneWord, other, otherWord, what) {
+	const words = [robot.is(one) && oneWord, robot.is(other) && otherWord].filter(Boolean);
+	return words.length ? words.join(" and ") + what : "free";
+}
+
+function batteryText(battery) {
+	if (!battery) return "not known";
+	const {volts, charge, level} = battery;
+	return `${volts.toFixed(1)} V${typeof charge === "number" ? ` · ${Math.round(100 * charge)} %` : ""}` +
+		({warn: " · low", error: " · empty"}[level] || "");
 }
 
 function gripText(state) {
-  const words = [];
-  if (state & GRIP.holding) words.push("holds something");
-  words.push(state & GRIP.moving ? "moving" : state & GRIP.open ? "open" : state & GRIP.closed ? "closed" : "half open");
-  if (state & GRIP.lifting) words.push("lift moving");
-  else if (state & GRIP.up) words.push("up");
-  else if (state & GRIP.down) words.push("down");
-  return words.join(", ");
+	const paddles = state & GRIP.moving ? "moving" : state & GRIP.open ? "open" : state & GRIP.closed ? "closed" : "half open";
+	const lift = state & GRIP.lifting ? "lift moving" : state & GRIP.up ? "up" : state & GRIP.down ? "down" : "";
+	return [paddles, lift, state & GRIP.holding && "holds something"].filter(Boolean).join(", ");
 }
 
-function turnText(angular) {
-  const degrees = Math.round(Math.abs(angular) * 180 / Math.PI);
-  return degrees ? `${degrees} °/s ${angular > 0 ? "left" : "right"}` : "0 °/s";
+function linkText(link, counts) {
+	return (link === "ok" ? "works" : link) + (counts ? `, ${Math.round(counts.sips_per_second)} packets/s, ${counts.bad_checksums} damaged, ` +
+		`${counts.reconnects} reconnects` : "");
 }
 
-function batteryText({volts, charge, level}) {
-  return `${volts.toFixed(1)} V` + (charge === null || charge === undefined ? "" : ` · ${Math.round(100 * charge)} %`) +
-    (level === "ok" ? "" : level === "warn" ? " · low" : " · empty");
-}
-
-// Who drives, and what may be done about it.
-function drivers(robot) {
-  const {helm} = robot, locks = helm.locks || [];
-  if (robot.locked) return ["■", "Locked: " + (locks.join(", ") || "it takes no commands"), "Nothing moves until somebody unlocks."];
-  const programs = {driving: "", free: "Programs may command.", "locked out": "Programs are locked out."}[helm.programs] || "";
-  if (helm.commander === "person") return ["◆", helm.you ? "You drive" : `${helm.who || "Somebody"} drives`, programs];
-  if (helm.commander === "program") return ["▶", "A program drives", "Take the helm to drive by hand."];
-  return ["○", "Nobody drives", programs];
+// Who drives: sign, words, and what may be done about it.
+function driver(robot) {
+	const {commander, who, you, programs, locks} = robot.helm;
+	const others = {free: "Programs may command.", "locked out": "Programs are locked out."}[programs] || "";
+	if (robot.locked) return ["■", "Locked: " + ((locks || []).join(", ") || "it takes no commands"), "Nothing moves until somebody unlocks."];
+	if (commander === "person") return ["◆", you ? "You drive" : `${who || "Somebody"} drives`, others];
+	if (commander === "program") return ["▶", "A program drives", "Take the helm to drive by hand."];
+	return ["○", "Nobody drives", others];
 }
 
 export class Panel {
-  // choose(robot) is called for a click in the list, act(message) for a button.
-  constructor(choose, act) {
-    Object.assign(this, {choose, act, tiles: new Map()});
-    for (const command of GRIPS) {
-      const button = document.createElement("button");
-      button.type = "button";
-      button.textContent = command;
-      button.onclick = () => act({do: "gripper", command});
-      byId("grip").append(button);
-    }
-  }
+	// choose(number) is called for a click in the list, grip(command) for a button of the gripper.
+	constructor(choose, grip) {
+		Object.assign(this, {choose, tiles: new Map()});
+		for (const command of ["open", "close", "up", "down", "deploy", "store", "stop"]) {
+			const button = document.createElement("button");
+			button.textContent = command;
+			button.onclick = () => grip(command);
+			byId("grip").append(button);
+		}
+		for (const [id, [title]] of Object.entries(CELLS)) {
+			const cell = document.createElement("div"), parts = ["dt", "dd"].map(name => document.createElement(name));
+			parts[0].textContent = title;
+			parts[1].id = id;
+			cell.append(...parts);
+			byId("numbers").append(cell);
+		}
+	}
 
-  update(model, robot, live) {
-    this.updateList(model, robot);
-    fill(byId("log-list"), model.log.slice(-8), (item, said) => {
-      item.dataset.kind = said.level;
-      item.textContent = (said.robot === null || said.robot === undefined ? "" : said.robot + ": ") + said.text +
-        (said.times > 1 ? ` (${said.times} times)` : "");
-    });
-    show(byId("previous"), model.list.length > 1);
-    show(byId("next"), model.list.length > 1);
-    document.body.classList.toggle("empty", !robot);
-    if (robot) this.updateRobot(robot, live);
-  }
+	update(model, robot, live) {
+		this.updateList(model, robot);
+		items(byId("log-list"), model.log.slice(-8), (item, said) => put(item, (said.robot ? said.robot + ": " : "") + said.text +
+			(said.times > 1 ? ` (${said.times} times)` : ""), said.level));
+		for (const id of ["previous", "next"]) show(id, model.list.length > 1);
+		document.body.classList.toggle("empty", !robot);
+		if (robot) this.updateRobot(robot, live, live && robot.info.yours !== false);
+	}
 
-  updateRobot(robot, live) {
-    const {info, frame, status, helm} = robot, [kind] = stateOf(robot), text = (id, words) => put(byId(id), words);
-    text("number", String(robot.number));
-    paint(byId("number"), kind);
-    text("name", info.name);
-    text("model", info.model + (info.simulated ? " · simulated" : ""));
-    byId("model").title = info.where || "";
-    const [sign, driver, note] = drivers(robot);
-    text("driver-sign", sign);
-    text("driver-text", driver);
-    text("driver-note", live && info.yours === false ? "You may look, but not drive this one." : live ? note : "");
-    paint(byId("helm"), kind);
-    const mine = live && info.yours !== false, locked = (helm.locks || []).length > 0;
-    show(byId("unlock"), mine && locked);
-    show(byId("take"), mine && !locked && ["driving", "free"].includes(helm.programs));
-    show(byId("release"), mine && !locked && helm.programs === "locked out");
-    const decision = status.decision;
-    show(byId("decision"), Boolean(decision));
-    if (decision) {
-      text("doing", decision.doing);
-      text("why", decision.why ? "because " + decision.why : "");
-    }
-    fill(byId("faults"), robot.faults, (item, fault) => {
-      item.dataset.kind = fault.level;
-      const task = document.createElement("b");
-      task.textContent = fault.task;
-      item.append(fault.level === "error" ? "✖ " : "▲ ", task, " ", fault.text);
-    });
-    if (!frame) return;
-    text("linear", `${frame.linear.toFixed(2)} m/s`);
-    text("angular", turnText(frame.angular));
-    text("battery", (status.battery ? batteryText(status.battery) : "not known") + (robot.is(FLAG.charging) ? " · charging" : ""));
-    paint(byId("battery"), (status.battery || {}).level || "");
-    text("motors", robot.is(FLAG.motors) ? "on" : "off");
-    text("wheels", pair(robot, FLAG.stallLeft, FLAG.stallRight, ["left", "right"], "free"));
-    put(byId("wheels").previousElementSibling, robot.is(FLAG.stallLeft | FLAG.stallRight) ? "Stalled wheels" : "Wheels");
-    text("bumpers", pair(robot, FLAG.bumpFront, FLAG.bumpRear, ["front", "rear"], "free"));
-    put(byId("bumpers").previousElementSibling, robot.is(FLAG.bumpFront | FLAG.bumpRear) ? "Bumped" : "Bumpers");
-    text("button", robot.is(FLAG.button) ? "pressed" : "free");
-    paint(byId("wheels"), robot.is(FLAG.stallLeft | FLAG.stallRight) ? "error" : "");
-    paint(byId("bumpers"), robot.is(FLAG.bumpFront | FLAG.bumpRear) ? "error" : "");
-    paint(byId("button"), robot.is(FLAG.button) ? "error" : "");
-    const fitted = (frame.gripper & GRIP.fitted) !== 0;
-    show(byId("gripper-cell"), fitted);
-    if (fitted) text("gripper", gripText(frame.gripper));
-    const counts = status.counts, link = status.link || "ok";
-    text("link", (link === "ok" ? "works" : link) + (counts ? ` · ${counts.sips_per_second.toFixed(0)} packets/s` +
-      (counts.bad_checksums ? `, ${counts.bad_checksums} damaged` : "") +
-      (counts.reconnects ? `, ${counts.reconnects} times anew` : "") : ""));
-    paint(byId("link"), link === "ok" ? "" : "error");
-    show(byId("controls"), mine);
-    show(byId("grip"), fitted && Boolean(info.gripper));
-    text("motors-switch", robot.is(FLAG.motors) ? "Switch motors off" : "Switch motors on");
-    text("limit-text", helm.limit ? `${helm.limit[0].toFixed(2)} m/s` : "–");
-    text("hint", !mine ? "" : robot.locked ? "locked: unlock above" : !robot.is(FLAG.motors) ? "motors are off" :
-      helm.programs === "driving" ? "a program drives" : "hold arrows or the stick");
-  }
+	updateRobot(robot, live, mine) {
+		const {info, frame, helm, status: {decision, faults}} = robot, [kind] = stateOf(robot), locked = (helm.locks || []).length > 0;
+		put("number", String(robot.number));
+		put("name", info.name);
+		put("model", info.model + (info.simulated ? " · simulated" : ""));
+		const [sign, words, note] = driver(robot);
+		put("driver-sign", sign);
+		put("driver-text", words);
+		put("driver-note", !live ? "" : mine ? note : "You may look, but not drive this one.");
+		byId("helm").dataset.kind = kind;
+		show("unlock", mine && locked);
+		show("take", mine && !locked && ["driving", "free"].includes(helm.programs));
+		show("release", mine && !locked && helm.programs === "locked out");
+		show("decision", decision);
+		put("doing", decision ? decision.doing : "");
+		put("why", decision && decision.why ? "because " + decision.why : "");
+		items(byId("faults"), faults || [], (item, {level, task, text}) => put(item, `${level === "error" ? "✖" : "▲"} ${task}: ${text}`, level));
+		show("controls", mine);
+		put("limit-text", helm.limit ? `${helm.limit[0].toFixed(2)} m/s` : "–");
+		for (const [id, [, say, bad]] of Object.entries(CELLS)) {
+			const value = bad && bad(robot);
+			put(id, frame || id === "link" ? say(robot) : "–", value === true ? "error" : value || "");
+		}
+		const gripper = frame && frame.gripper > 0, motors = robot.is(FLAG.motors);
+		byId("gripper").parentNode.hidden = !gripper;
+		show("grip", gripper);
+		put("motors-switch", motors ? "Switch motors off" : "Switch motors on");
+		put("hint", !mine ? "look only" : robot.locked ? "locked: unlock above" : !motors ? "motors are off" :
+			helm.programs === "driving" ? "a program drives" : "hold arrows or stick");
+	}
 
-  updateList(model, chosen) {
-    show(byId("list"), model.list.length > 1 || Boolean(model.hello.teacher));
-    document.body.classList.toggle("many", !byId("list").hidden);
-    const numbers = model.list.map(robot => robot.number);
-    fill(byId("tiles"), numbers, (item, number) => {
-      const button = document.createElement("button"), parts = {};
-      for (const part of ["number", "sign", "state", "name", "volts"]) {
-        parts[part] = document.createElement("span");
-        parts[part].className = part;
-        button.append(parts[part]);
-      }
-      button.type = "button";
-      button.onclick = () => this.choose(number);
-      item.append(button);
-      this.tiles.set(number, {button, parts});
-    });
-    for (const robot of model.list) {
-      const {button, parts} = this.tiles.get(robot.number), [kind, sign, word] = stateOf(robot), {battery} = robot.status;
-      paint(button, kind);
-      put(parts.number, String(robot.number));
-      put(parts.sign, sign);
-      put(parts.state, word);
-      put(parts.name, robot.info.name);
-      put(parts.volts, battery ? `${battery.volts.toFixed(1)} V${battery.level === "ok" ? "" : " low"}` : "");
-      const pressed = String(robot === chosen);
-      if (button.getAttribute("aria-pressed") === pressed) continue;
-      button.setAttribute("aria-pressed", pressed);
-      if (robot === chosen) button.scrollIntoView({block: "nearest", inline: "nearest"});
-    }
-  }
+	updateList(model, chosen) {
+		const many = model.list.length > 1 || model.hello.teacher === true;
+		show("list", many);
+		document.body.classList.toggle("many", many);
+		items(byId("tiles"), model.list.map(robot => robot.number), (item, number) => {
+			const button = document.createElement("button"), parts = ["number", "sign", "state", "volts", "who"].map(name =>
+				Object.assign(document.createElement("span"), {className: name}));
+			button.append(...parts);
+			button.onclick = () => this.choose(number);
+			item.append(button);
+			this.tiles.set(number, [button, ...parts]);
+		});
+		for (const robot of model.list) {
+			const [button, number, sign, state, volts, who] = this.tiles.get(robot.number), is = stateOf(robot), {battery} = robot.status;
+			button.dataset.kind = is[0];
+			put(number, String(robot.number));
+			put(sign, is[1]);
+			put(state, is[2]);
+			put(volts, battery ? (battery.level === "ok" ? "" : "low ") + battery.volts.toFixed(1) + " V" : "");
+			put(who, ["bad", "none"].includes(is[0]) ? robot.helm.who || robot.helm.commander || "" : "");
+			const pressed = String(robot === chosen);
+			if (button.ariaPressed === pressed) continue;
+			button.ariaPressed = pressed;
+			if (robot === chosen) button.scrollIntoView({block: "nearest", inline: "nearest"});
+		}
+	}
 }
