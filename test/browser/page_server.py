@@ -104,10 +104,20 @@ class PageServer:
         listening = tornado.netutil.bind_sockets(0, "127.0.0.1")
         self.port = listening[0].getsockname()[1]
         http.add_sockets(listening)
-        tornado.ioloop.PeriodicCallback(self._tick, PERIOD_MS).start()
+        ticking = tornado.ioloop.PeriodicCallback(self._tick, PERIOD_MS)
+        ticking.start()
         self._loop.add_callback(self._ready.set)
         self._loop.start()
-        http.stop()
+
+        async def end():
+            ticking.stop()
+            http.stop()
+            for socket in list(self.sockets):
+                socket.close()
+            await http.close_all_connections()
+            while len(asyncio.all_tasks()) > 1:
+                await asyncio.sleep(0.01)
+        self._loop.run_sync(end, timeout=LIMIT)
         self._loop.close(all_fds=True)
 
     def close(self):
