@@ -3,7 +3,7 @@
 import {decodeColumns, frameAt, lastNotAbove} from "./frames.js";
 import {echoesOf} from "./model.js";
 
-const STEP = 30;		// mm between two points of a trail
+const APART = 30;		// mm between two points of a trail
 const ROWS = 40;		// whose echoes are shown
 const NOTHING = {robots: [], world: null, origins: {}, cans: [], goals: {}};		// before the first word of a kind
 
@@ -40,7 +40,7 @@ export class Recording {
 		const {rows, sonar} = this.columns.find(each => each.robot === robot), trail = [], trailRows = [];
 		const columns = decodeColumns(await inflate(packed), rows, sonar);
 		for (let row = 0, x = Infinity, y; row < rows; row++) {
-			if (Math.hypot(columns.x[row] - x, columns.y[row] - y) < STEP) continue;
+			if (Math.hypot(columns.x[row] - x, columns.y[row] - y) < APART) continue;
 			[x, y] = [columns.x[row], columns.y[row]];
 			trail.push([x / 1000, y / 1000]);
 			trailRows.push(row);
