@@ -16,7 +16,7 @@ setup(
     license="BSD-3-Clause",
     package_dir={"": "src"},
     packages=find_packages("src"),
-    package_data={"": ["*.yaml", "worlds/*.yaml"]},
+    package_data={"": ["*.yaml", "worlds/*.yaml", "page/*"]},
     python_requires=">=3.8",
     install_requires=["numpy", "Pillow", "pyserial", "PyYAML"],
     extras_require={"pictures": ["matplotlib"]},

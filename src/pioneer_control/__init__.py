@@ -10,6 +10,7 @@ The folders:
 ``simulator``  a simulated robot: world, body, firmware (only its node uses ROS)
 ``tutorial``   the ``Pioneer`` class, which wanders and picks up cans
 ``bags``       record runs in bags, replay them and draw them
+``web``        the page in a browser: see robots, and drive them by hand
 =============  ==========================================================================
 
 The files that the folders share: ``errors`` (every exception), ``parameters`` (how a node checks its parameters),

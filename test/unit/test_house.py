@@ -38,6 +38,7 @@ ROOMS = {
     # robots: where the sonar of an old bag looks
     "bags": {"message_values", "parameters", "ros_node", "standard_messages", "whole_file", "pictures", "p2os",
              "robots", "msg"},
+    "web": {"interrupt", "p2os", "robots", "client"},
 }
 # Files that may use ROS, by the start of their path in the package.
 ROS_PLACES = ("ros_node.py", "standard_messages.py", "driver/", "tutorial/", "bags/", "simulator/node.py")
