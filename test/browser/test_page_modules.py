@@ -203,7 +203,7 @@ LIVE = """
 
 
 @pytest.mark.parametrize("code, waits, state", [(4400, [], "refused"), (4401, [], "key"), (4408, [300], "closed"),
-                                                (4429, [5000], "closed"), (1006, [300], "closed")])
+                                                (4429, [5000], "closed"), (4409, [5000], "closed"), (1006, [300], "closed")])
 def test_after_a_connection_ended(module, code, waits, state):
     body = LIVE % "last().onclose({code: a[0], reason: 'because'}); return [waits, states]"
     assert module("source.js", body, code) == [waits, ["connecting", state]]

@@ -14,7 +14,7 @@ from ..errors import UsageError
 
 PAGE = pathlib.Path(__file__).resolve().parent / "page"
 START = "main.js"
-_IMPORT = re.compile(r'^import \{([\w, ]+)\} from "\./([\w-]+\.js)";\n', re.MULTILINE)
+_IMPORT = re.compile(r'^import \{([\w$, ]+)\} from "\./([\w-]+\.js)";\n', re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=(?:async )?function |class |const )", re.MULTILINE)
 _LEFT = re.compile(r"^\s*(?:import|export)\b.*|\bimport\(.*", re.MULTILINE)
 _STYLE = '<link rel="stylesheet" href="style.css">\n'
@@ -23,7 +23,7 @@ _SCRIPT = '<script type="module" src="main.js"></script>\n'
 
 def names_of(text: str) -> List[str]:
     """Return the names that a module has at its top, where each statement begins with one of its own."""
-    found = re.findall(r"^(?:export )?(?:async )?(?:function|class) (\w+)", text, re.MULTILINE)
+    found = re.findall(r"^(?:export )?(?:async )?(?:function|class) ([\w$]+)", text, re.MULTILINE)
     for statement in re.findall(r"^(?:export )?(?:const|let) (.*?);", text, re.MULTILINE | re.DOTALL):
         found += _declared(statement)
     return found
@@ -37,7 +37,7 @@ def _declared(statement: str) -> List[str]:
         if shorter == flat:
             break
         flat = shorter
-    return [match for part in flat.split(",") for match in re.findall(r"^\s*([A-Za-z_]\w*)\s*=(?![=>])", part)]
+    return [match for part in flat.split(",") for match in re.findall(r"^\s*([A-Za-z_$][\w$]*)\s*=(?![=>])", part)]
 
 
 def order_of(modules: Mapping[str, str], start: str = START) -> List[str]:
@@ -57,7 +57,7 @@ def order_of(modules: Mapping[str, str], start: str = START) -> List[str]:
             return
         for wanted, other in _IMPORT.findall(modules[name]):
             visit(other, path + [name])
-            exported = re.findall(r"^export .*?(?:function|class|const) (\w+)", modules[other], re.MULTILINE)
+            exported = re.findall(r"^export .*?(?:function|class|const) ([\w$]+)", modules[other], re.MULTILINE)
             for each in re.split(r", *", wanted.strip()):
                 if each not in exported:
                     raise UsageError("%s imports %s, which %s does not export" % (name, each, other))

@@ -1,14 +1,14 @@
 // Listens to keys, stick and gamepad, and to all that takes the hand away. What it means, the hand knows.
 
 import {drives, readPads, stickAt} from "./hand.js";
-import {byId} from "./panel.js";
+import {$} from "./panel.js";
 
 export class Controls {
 	// on: {stop(), gone(): the hand is gone, zero at once, key(name): another key}
 	constructor(hand, on) {
 		Object.assign(this, {hand, on, pointer: null, padStop: false});
 		this.listenKeys();
-		this.listenStick(byId("stick"));
+		this.listenStick($("stick"));
 		for (const name of ["blur", "pagehide"]) window.addEventListener(name, () => this.leave());
 		for (const name of ["visibilitychange", "freeze"]) document.addEventListener(name, () => this.leave());
 		window.addEventListener("focus", () => hand.back(performance.now()));
@@ -39,8 +39,8 @@ export class Controls {
 		};
 		window.addEventListener("keydown", event => {
 			if (isSpace(event)) return event.repeat || this.on.stop();
-			if (event.ctrlKey || event.altKey || event.metaKey || writes(event.target) || byId("help").open) return;
-			if (drives(event.code) && event.target !== byId("line")) {
+			if (event.ctrlKey || event.altKey || event.metaKey || writes(event.target) || $("help").open) return;
+			if (drives(event.code) && event.target !== $("line")) {
 				event.preventDefault();
 				this.hand.press(event.code, event.repeat, performance.now());
 			} else this.on.key(event.key);
@@ -62,7 +62,7 @@ export class Controls {
 			const box = stick.getBoundingClientRect(), radius = 0.36 * box.width;
 			const dx = (event.clientX - box.left - box.width / 2) / radius, dy = (event.clientY - box.top - box.height / 2) / radius;
 			const shown = radius / Math.max(1, Math.hypot(dx, dy));
-			byId("knob").style.transform = `translate(${dx * shown}px, ${dy * shown}px)`;
+			$("knob").style.transform = `translate(${dx * shown}px, ${dy * shown}px)`;
 			this.hand.put("stick", stickAt(dx, dy));
 		};
 		stick.onpointerdown = event => {
@@ -83,7 +83,7 @@ export class Controls {
 	// A finger that is still there must come down anew.
 	freeStick() {
 		this.pointer = null;
-		byId("knob").style.transform = "";
+		$("knob").style.transform = "";
 		this.hand.put("stick", null);
 	}
 

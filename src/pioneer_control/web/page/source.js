@@ -54,7 +54,7 @@ export class Live {
 		this.socket = null;
 		this.on.state({4400: "refused", 4401: "key"}[code] || "closed", reason);
 		if (code === 4400 || code === 4401) return;
-		setTimeout(() => this.connect(), code === 4429 ? BUSY_WAIT : this.wait);
+		setTimeout(() => this.connect(), code === 4409 || code === 4429 ? BUSY_WAIT : this.wait);
 		this.wait = Math.min(LONGEST_WAIT, 2 * this.wait);
 	}
 

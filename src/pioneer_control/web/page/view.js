@@ -6,9 +6,8 @@ export class Camera {
 	}
 
 	set(values) {
-		if (Object.keys(values).every(name => this[name] === values[name])) return;
+		if (Object.keys(values).some(name => this[name] !== values[name])) this.changes++;
 		Object.assign(this, values);
-		this.changes++;
 	}
 
 	toScreen([x, y]) {
@@ -25,10 +24,12 @@ export class Camera {
 		this.set({scale: Math.min(800, Math.max(3, this.scale * factor))});
 		const [x2, y2] = this.toWorld(pixel);
 		if (!this.follows) this.set({x: this.x + x - x2, y: this.y + y - y2});
+		if (this.moved) this.moved("zoomed");
 	}
 
 	drag(dx, dy) {
 		this.set({x: this.x - dx / this.scale, y: this.y + dy / this.scale});
+		if (this.moved) this.moved("dragged");
 	}
 
 	// Show all of x1, y1, x2, y2 between margins: so many pixels are taken at the right and at the top.
@@ -43,4 +44,32 @@ export class Camera {
 export function roundLength(scale, pixels) {
 	const power = 10 ** Math.floor(Math.log10(pixels / scale));
 	return [5, 2, 1].find(each => each * power * scale <= pixels) * power;
+}
+
+// Fingers, mouse and wheel move the camera: moved("zoomed" or "dragged") is called then, clicked([x, y]) for a click.
+export function listenView(canvas, camera, moved, clicked) {
+	const fingers = new Map(), at = event => [event.offsetX, event.offsetY], far = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1]);
+	let way = 0;
+	camera.moved = moved;
+	canvas.onpointerdown = event => {
+		canvas.setPointerCapture(event.pointerId);
+		if (!fingers.size) way = 0;
+		fingers.set(event.pointerId, at(event));
+	};
+	canvas.onpointermove = event => {
+		const id = event.pointerId, before = fingers.get(id), now = at(event), other = [...fingers].find(each => each[0] !== id);
+		if (!before) return;
+		way += far(now, before);
+		fingers.set(id, now);
+		if (other) camera.zoom(far(now, other[1]) / Math.max(1, far(before, other[1])), now.map((each, axis) => (each + other[1][axis]) / 2));
+		if (way > 6 && !(other && camera.follows)) camera.drag((now[0] - before[0]) / fingers.size, (now[1] - before[1]) / fingers.size);
+	};
+	canvas.onpointerup = canvas.onpointercancel = event => {
+		fingers.delete(event.pointerId);
+		if (event.type === "pointerup" && way <= 6) clicked(at(event));
+	};
+	canvas.addEventListener("wheel", event => {
+		event.preventDefault();
+		camera.zoom(Math.exp(-event.deltaY * (event.deltaMode ? 0.05 : 0.0015)), at(event));
+	}, {passive: false});
 }
