@@ -9,18 +9,18 @@ from selenium.webdriver.chrome.service import Service
 
 from page_server import LIMIT, PageServer, helm, robot_info, status, until, WORLD
 
-KEYS = {"ArrowUp": ("ArrowUp", 38), "ArrowLeft": ("ArrowLeft", 37), "ArrowRight": ("ArrowRight", 39), "KeyW": ("w", 87),
-        "KeyD": ("d", 68), "KeyS": ("s", 83), "KeyN": ("n", 78), "KeyP": ("p", 80), "KeyF": ("f", 70), "Digit0": ("0", 48),
-        "Space": (" ", 32), "Enter": ("Enter", 13), "End": ("End", 35), "Home": ("Home", 36), "KeyL": ("l", 76),
-        "Slash": ("?", 191), "Equal": ("+", 187), "Tab": ("Tab", 9)}
+KEYS = {"ArrowUp": ("ArrowUp", 38), "ArrowLeft": ("ArrowLeft", 37), "ArrowRight": ("ArrowRight", 39),
+        "KeyW": ("w", 87), "KeyD": ("d", 68), "KeyS": ("s", 83), "KeyN": ("n", 78), "KeyP": ("p", 80),
+        "KeyF": ("f", 70), "KeyL": ("l", 76), "Digit0": ("0", 48), "Equal": ("+", 187), "Space": (" ", 32), "Enter": ("Enter", 13),
+        "End": ("End", 35), "Home": ("Home", 36), "Tab": ("Tab", 9)}
 
 
 def start_browser():
     """Start Chromium, with its own profile."""
     options = webdriver.ChromeOptions()
     options.binary_location = "/usr/bin/chromium"
-    arguments = ["--headless=new", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run", "--force-color-profile=srgb",
-                 "--disable-background-networking", "--disable-component-update"]
+    arguments = ["--headless=new", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run",
+                 "--force-color-profile=srgb", "--disable-background-networking", "--disable-component-update"]
     for argument in arguments + (["--no-sandbox"] if os.geteuid() == 0 else []):
         options.add_argument(argument)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})

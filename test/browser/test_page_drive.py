@@ -236,7 +236,8 @@ def test_a_finger_that_the_system_takes_away_is_gone(page, server, event):
     page.resize(390, 844, mobile=True)
     page.open()
     x, y = page.centre("stick")
-    page.js("const s = document.getElementById('stick'); s.addEventListener('pointerdown', e => window.finger = e.pointerId)")
+    page.js("const s = document.getElementById('stick');"
+            "s.addEventListener('pointerdown', e => window.finger = e.pointerId)")
     page.touch("touchStart", (1, x, y - 40))
     page.touch("touchMove", (1, x, y - 42))
     until(lambda: len(server.drives()) > 2)

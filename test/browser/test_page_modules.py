@@ -53,7 +53,8 @@ ROWS = [(0, 10, 20, 65000, 0, 0, 3, 0, 50, 251), (100, -1500, 20, 66000, 250, -1
 def test_columns_are_read(module):
     found = module("frames.js", """
         const c = m.decodeColumns(Uint8Array.from(a[0]), 2, 2), f = m.frameAt(c, 1, 7);
-        return [[...c.time], [...c.heading], [...c.flags], {...f, ranges: f.ranges.map(String)}]""", list(columns(ROWS, 2)))
+        return [[...c.time], [...c.heading], [...c.flags], {...f,
+            ranges: f.ranges.map(String)}]""", list(columns(ROWS, 2)))
     assert found[:3] == [[0, 100], [65000, 66000], [3, 259]]
     assert found[3].pop("ranges") == ["NaN", "5"]
     assert found[3] == pytest.approx({"robot": 7, "stamp": 100, "age": 0, "x": -1.5, "y": 0.02, "heading": 6.3277,
@@ -82,20 +83,22 @@ HANDS = {
     "a stick": ("h.put('stick', [0.5, -0.25])", [0.5, -0.25]),
     "stick and key": ("h.put('stick', [0.5, -0.25]); h.press('KeyW', false, 0)", [1, -0.25]),
     "dropped": ("h.press('KeyW', false, 0); h.drop()", None),
-    "dropped, one of two released": ("h.press('KeyW', false, 0); h.press('KeyA', false, 0); h.drop(); h.release('KeyW')", None),
+    "dropped, one of two released": (
+        "h.press('KeyW', false, 0); h.press('KeyA', false, 0); h.drop(); h.release('KeyW')", None),
     "dropped, then another": ("h.press('KeyW', false, 0); h.drop(); h.press('KeyA', false, 0)", None),
-    "dropped, all released, pressed": ("h.press('KeyW', false, 0); h.drop(); h.release('KeyW'); h.press('KeyW', false, 1)",
-                                       [1, 0]),
+    "dropped, all released, pressed": (
+        "h.press('KeyW', false, 0); h.drop(); h.release('KeyW'); h.press('KeyW', false, 1)", [1, 0]),
     "left, repeated": ("h.press('KeyW', false, 0); h.leave(); h.back(50); h.press('KeyW', false, 100)", None),
     "left, repeated long": ("h.press('KeyW', false, 0); h.leave(); h.back(50);"
                             "for (let t = 100; t < 9000; t += 500) h.press('KeyW', false, t)", None),
-    "left, pressed much later": ("h.press('KeyW', false, 0); h.leave(); h.back(50); h.press('KeyW', false, 1100)", [1, 0]),
+    "left, pressed much later": (
+        "h.press('KeyW', false, 0); h.leave(); h.back(50); h.press('KeyW', false, 1100)", [1, 0]),
     "left, released, pressed": ("h.press('KeyW', false, 0); h.leave(); h.back(50); h.release('KeyW');"
                                 "h.press('KeyW', false, 100)", [1, 0]),
     "left, another key": ("h.press('KeyW', false, 0); h.leave(); h.back(50); h.press('KeyA', false, 100)", [0, 1]),
     "a pad that is dropped and still held": ("h.put('pad', [1, 0]); h.drop(); h.put('pad', [1, 0])", None),
-    "a pad that is dropped, released, held": ("h.put('pad', [1, 0]); h.drop(); h.put('pad', null); h.put('pad', [1, 0])",
-                                              [1, 0]),
+    "a pad that is dropped, released, held": (
+        "h.put('pad', [1, 0]); h.drop(); h.put('pad', null); h.put('pad', [1, 0])", [1, 0]),
 }
 
 
@@ -112,7 +115,8 @@ def test_where_a_stick_is(module, dx, dy, wanted):
 
 
 DEADMAN = """
-    const sent = [], d = new m.Deadman(message => sent.push([message.robot, message.forward, message.turn, message.stamp]));
+    const sent = [], d = new m.Deadman(message => sent.push([message.robot, message.forward, message.turn,
+        message.stamp]));
     %s; return sent"""
 
 
@@ -134,8 +138,10 @@ def test_when_a_robot_is_told(module, script, sent):
 
 def test_gamepads(module):
     body = """
-        const pad = (axes, ...pressed) => ({axes, buttons: [...Array(8).keys()].map(i => ({pressed: pressed.includes(i)}))});
-        return [m.readPads([null, pad([0, -1])]), m.readPads([pad([0, 1]), pad([0, -1], 4)]), m.readPads([pad([0, 0], 1)]),
+        const pad = (axes, ...pressed) =>
+            ({axes, buttons: [...Array(8).keys()].map(i => ({pressed: pressed.includes(i)}))});
+        return [m.readPads([null, pad([0, -1])]), m.readPads([pad([0, 1]), pad([0, -1], 4)]), m.readPads([pad([0, 0],
+            1)]),
             m.readPads([]), m.readPads([{...pad([0, -1], 4), connected: false}])]"""
     assert module("hand.js", body) == [
         {"stick": None, "stop": False}, {"stick": [1, 0], "stop": False}, {"stick": None, "stop": True},
@@ -154,12 +160,14 @@ def test_the_camera_goes_there_and_back(module):
 
 
 def test_zooming_keeps_the_place_under_the_pixel(module):
-    assert module("view.js", CAMERA % "const at = c.toWorld([100, 50]); c.zoom(2, [100, 50]); return [...at, ...c.toWorld([100, 50])]"
-                  ) == pytest.approx([*module("view.js", CAMERA % "return c.toWorld([100, 50])")] * 2)
+    body = CAMERA % "const at = c.toWorld([100, 50]); c.zoom(2, [100, 50]); return [at, c.toWorld([100, 50])]"
+    before, after = module("view.js", body)
+    assert before == pytest.approx(after)
 
 
 def test_while_following_zooming_keeps_the_middle(module):
-    assert module("view.js", CAMERA % "c.follows = true; const {x, y} = c; c.zoom(2, [9, 9]); return [c.x - x, c.y - y]") == [0, 0]
+    body = CAMERA % "c.follows = true; const {x, y} = c; c.zoom(2, [9, 9]); return [c.x - x, c.y - y]"
+    assert module("view.js", body) == [0, 0]
 
 
 def test_dragging_moves_the_place_under_the_finger(module):
@@ -169,10 +177,12 @@ def test_dragging_moves_the_place_under_the_finger(module):
 
 
 def test_zoom_has_ends(module):
-    assert module("view.js", CAMERA % "c.zoom(1e9); const near = c.scale; c.zoom(1e-9); return [near, c.scale]") == [800, 3]
+    body = CAMERA % "c.zoom(1e9); const near = c.scale; c.zoom(1e-9); return [near, c.scale]"
+    assert module("view.js", body) == [800, 3]
 
 
-@pytest.mark.parametrize("scale, pixels, length", [(100, 120, 1), (50, 120, 2), (20, 120, 5), (300, 100, 0.2), (3, 120, 20)])
+@pytest.mark.parametrize("scale, pixels, length", [(100, 120, 1), (50, 120, 2), (20, 120, 5), (300, 100, 0.2),
+                                                   (3, 120, 20)])
 def test_the_scale_bar_has_a_round_length(module, scale, pixels, length):
     assert module("view.js", "return m.roundLength(a[0], a[1])", scale, pixels) == pytest.approx(length)
 
@@ -196,14 +206,16 @@ LIVE = """
         this.send = text => this.sent.push(JSON.parse(text)); this.close = () => 0; };
     window.setTimeout = (action, ms) => { waits.push(ms); window.again = action; };
     window.setInterval = action => window.ticked = action;
-    const live = new m.Live("ws://x/page", {key: "k"}, {text: () => 0, frames: () => 0, state: name => states.push(name)});
+    const live = new m.Live("ws://x/page", {key: "k"}, {text: () => 0, frames: () => 0,
+        state: name => states.push(name)});
     const last = () => sockets[sockets.length - 1], hear = data => last().onmessage({data});
     last().onopen();
     %s"""
 
 
 @pytest.mark.parametrize("code, waits, state", [(4400, [], "refused"), (4401, [], "key"), (4408, [300], "closed"),
-                                                (4429, [5000], "closed"), (4409, [5000], "closed"), (1006, [300], "closed")])
+                                                (4429, [5000], "closed"), (4409, [5000], "closed"),
+                                                (1006, [300], "closed")])
 def test_after_a_connection_ended(module, code, waits, state):
     body = LIVE % "last().onclose({code: a[0], reason: 'because'}); return [waits, states]"
     assert module("source.js", body, code) == [waits, ["connecting", state]]
@@ -227,7 +239,8 @@ def test_pictures_are_acknowledged_at_most_ten_times_a_second_and_the_last_alway
     body = LIVE % """
         const frame = stamp => { const b = new Uint8Array(27); b[0] = 1; b[3] = stamp; hear(b.buffer); };
         hear('{"hello": {}}');
-        live.drawn(1000); frame(1); live.drawn(1100); frame(2); live.drawn(1150); frame(3); live.drawn(1199); live.drawn(1200);
+        live.drawn(1000); frame(1); live.drawn(1100); frame(2); live.drawn(1150); frame(3); live.drawn(1199);
+            live.drawn(1200);
         live.drawn(1400); return last().sent.filter(each => each.do === "drawn").map(each => each.stamp)"""
     assert module("source.js", body) == [1, 3]
 
@@ -240,7 +253,8 @@ def test_nothing_is_said_before_the_server_greets(module):
 
 def test_the_index_keeps_the_last_word_of_each_thing(module):
     body = """
-        const index = m.indexOf([[0, {status: {robot: 1, link: "a"}}], [1, {status: {robot: 2}}], [2, {status: {robot: 1}}],
+        const index = m.indexOf([[0, {status: {robot: 1, link: "a"}}], [1, {status: {robot: 2}}], [2,
+            {status: {robot: 1}}],
             [3, {cans: []}], [3, {trail: {robot: 1}}]]);
         return [...index].map(([about, one]) => [about, one.times])"""
     assert module("recording.js", body) == [["status1", [0, 2]], ["status2", [1]], ["cans", [3]]]
@@ -255,7 +269,8 @@ def test_what_is_compressed_is_unpacked(module):
 
 def test_the_pose_in_the_map_begins_where_the_odometry_begins(module):
     body = """
-        const model = new m.Model(); model.take("robots", [{robot: 7}]); model.take("origins", {7: [2, 1, Math.PI / 2]});
+        const model = new m.Model(); model.take("robots", [{robot: 7}]); model.take("origins", {7: [2, 1,
+            Math.PI / 2]});
         model.robot(7).take({x: 1, y: 0, heading: 0.5, ranges: []}, 0); const p = model.pose(model.robot(7));
         return [p.x, p.y, p.heading]"""
     assert module("model.js", body) == pytest.approx([2, 2, 2.0708], abs=1e-4)
@@ -277,6 +292,7 @@ def test_robots_that_go_are_forgotten_and_others_kept(module):
 
 def test_the_same_words_are_counted(module):
     body = """
-        const model = new m.Model(); for (const text of ["a", "a", "b", "a"]) model.take("said", {robot: 1, level: "info", text});
+        const model = new m.Model(); for (const text of ["a", "a", "b", "a"]) model.take("said", {robot: 1,
+            level: "info", text});
         return model.log.map(each => [each.text, each.times])"""
     assert module("model.js", body) == [["a", 2], ["b", 1], ["a", 1]]

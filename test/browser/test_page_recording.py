@@ -21,11 +21,12 @@ def compressed(rows):
 
 def run(rows=ROWS):
     """Return a recording of a robot that drives forth and back, and its columns."""
-    at = [(100 * i, 1000 + (i % 200) * 10, 1500, 0, 100, 0 if i % 200 else 500, 0x83, 0) + (50,) * 8 for i in range(rows)]
+    at = [(100 * i, 1000 + (i % 200) * 10, 1500, 0, 100, 0 if i % 200 else 500, 0x83, 0) + (50,) * 8
+          for i in range(rows)]
     info = robot_info(7, name="recorded", outline=OUTLINE, yours=False)
     messages = [[0.0, {"world": WORLD}], [0.0, {"robots": [info]}], [0.0, {"helm": helm(7, commander="program")}]]
-    messages += [[float(second), {"status": status(7, decision={"doing": "leg %d" % (second // 20), "why": "it began"})}]
-                 for second in range(0, 600, 20)]
+    messages += [[20.0 * leg, {"status": status(7, decision={"doing": "leg %d" % leg, "why": "it began"})}]
+                 for leg in range(30)]
     messages += [[300.0, {"said": {"robot": 7, "level": "warn", "text": "half of it"}}]]
     messages.sort(key=lambda each: each[0])
     marks = [{"at": 12.3, "robot": 7, "kind": "fault", "text": "it stalled"},

@@ -13,7 +13,8 @@ LONG = "turning back to the left around the corner of the table"
 def painted(page):
     """Return the share of the moving canvas that is not empty."""
     return page.js("""
-        const c = document.getElementById("moving"), data = c.getContext("2d").getImageData(0, 0, c.width, c.height).data;
+        const c = document.getElementById("moving"), data = c.getContext("2d").getImageData(0, 0, c.width,
+            c.height).data;
         let count = 0;
         for (let i = 3; i < data.length; i += 4) count += data[i] > 0;
         return count / data.length * 4""")
@@ -246,20 +247,23 @@ def test_what_has_no_name_is_seen(page, server):
 
 
 CONTRASTS = """
-    const rgb = text => text.match(/[\\d.]+/g).map(Number), channel = c => c <= 10 ? c / 3294 : ((c / 255 + 0.055) / 1.055) ** 2.4;
+    const rgb = text => text.match(/[\\d.]+/g).map(Number), channel = c => c <= 10 ? c / 3294
+        : ((c / 255 + 0.055) / 1.055) ** 2.4;
     const light = c => 0.2126 * channel(c[0]) + 0.7152 * channel(c[1]) + 0.0722 * channel(c[2]), found = [];
     const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
     let seen = 0;
     for (let node; node = walker.nextNode();) {
         const element = node.parentElement;
-        if (!node.textContent.trim() || !element.checkVisibility() || element.closest("script, style, option")) continue;
+        if (!node.textContent.trim() || !element.checkVisibility()
+            || element.closest("script, style, option")) continue;
         let ground = element;
         while (ground && (rgb(getComputedStyle(ground).backgroundColor)[3] ?? 1) === 0) ground = ground.parentElement;
         const style = getComputedStyle(element), one = light(rgb(style.color));
         const other = light(rgb(getComputedStyle(ground || document.body).backgroundColor));
         const ratio = (Math.max(one, other) + 0.05) / (Math.min(one, other) + 0.05);
         seen++;
-        if (ratio < 4.5) found.push([element.id || element.className, node.textContent.trim(), Math.round(100 * ratio) / 100]);
+        if (ratio < 4.5) found.push([element.id || element.className, node.textContent.trim(),
+            Math.round(100 * ratio) / 100]);
     }
     return [seen, found]"""
 
@@ -274,7 +278,8 @@ def all_states(page, server):
     server.say("helm", helm(6, commander="program", programs="driving"))
     server.say("helm", helm(1, locks=["stop"]))
     server.say("status", status(1, decision={"doing": LONG, "why": "sonar 5 sees 0.4 m"}, faults=[
-        {"level": level, "task": "Stall", "text": "the left wheel is stalled: something holds it"} for level in ("warn", "error")],
+        {"level": level, "task": "Stall", "text": "the left wheel is stalled: something holds it"}
+        for level in ("warn", "error")],
         battery={"volts": 11.0, "charge": 0.1, "level": "error"}))
     server.say("said", {"robot": 1, "level": "error", "text": "Bo drives it: only the teacher may take it"})
     server.say("goals", {"1": [3, 2]})
@@ -309,13 +314,16 @@ LAYOUT = """
         return {element, left, top, right, bottom};
     };
     const name = element => element.id || element.className || element.textContent;
-    const all = [...document.querySelectorAll("button, input, select, canvas#line, #stick, h1, #mode, #age, .card p, dd, #hint, #old, #said")]
+    const all = [...document.querySelectorAll(`button, input, select, canvas#line, #stick, h1, #mode, #age, .card p, dd,
+            #hint, #old, #said`)]
         .filter(e => e.checkVisibility()).map(seen).filter(b => b.right - b.left > 1 && b.bottom - b.top > 1);
     for (const [i, a] of all.entries()) for (const b of all.slice(i + 1))
-        if (Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1 && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 1
+        if (Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1 && Math.min(a.bottom,
+            b.bottom) - Math.max(a.top, b.top) > 1
             && !a.element.contains(b.element) && !b.element.contains(a.element))
             problems.push(name(a.element) + " lies over " + name(b.element));
-    if (document.scrollingElement.scrollWidth > wide || document.scrollingElement.scrollHeight > high) problems.push("the page scrolls");
+    const {scrollWidth, scrollHeight} = document.scrollingElement;
+    if (scrollWidth > wide || scrollHeight > high) problems.push("the page scrolls");
     for (const id of ["panel", "list", "time"]) {
         const e = document.getElementById(id);
         if (e.checkVisibility() && e.scrollWidth > e.clientWidth + 1) problems.push(id + " scrolls sideways");
@@ -326,7 +334,8 @@ LAYOUT = """
             problems.push(id + " is not wholly on the screen, or small: " + JSON.stringify(box));
     }
     const stage = document.getElementById("moving").getBoundingClientRect();
-    if (stage.width * stage.height < 0.19 * wide * high) problems.push("the map is small: " + stage.width + " x " + stage.height);
+    if (stage.width * stage.height < 0.19 * wide * high)
+        problems.push("the map is small: " + stage.width + " x " + stage.height);
     return problems"""
 
 
@@ -386,7 +395,8 @@ def test_a_map_of_cells_is_drawn(page, server):
     colours = page.js("""
         const c = document.getElementById("floor"), d = c.getContext("2d").getImageData(0, 0, c.width, c.height).data;
         const found = {};
-        for (let i = 0; i < d.length; i += 4) { const k = [d[i], d[i + 1], d[i + 2]].join(); found[k] = (found[k] || 0) + 1; }
+        for (let i = 0; i < d.length; i += 4) { const k = [d[i], d[i + 1], d[i + 2]].join(); found[k] = (found[k]
+            || 0) + 1; }
         return found""")
     wall = page.js("return getComputedStyle(document.documentElement).getPropertyValue('--wall')").strip()
     assert colours[",".join(str(int(wall[at:at + 2], 16)) for at in (1, 3, 5))] > 10000

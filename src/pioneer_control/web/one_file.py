@@ -91,7 +91,8 @@ def one_file(recording: Mapping[str, Any], page: pathlib.Path = PAGE) -> str:
     """Return the page as one HTML text with a recording inside.
 
     Args:
-        recording: the value of the text ``recording`` of docs/page-protocol.md, each entry of ``columns`` with ``data``.
+        recording: the value of the text ``recording`` of docs/page-protocol.md,
+            each entry of ``columns`` with ``data``.
         page: the folder of the page.
 
     Raises:

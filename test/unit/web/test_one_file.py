@@ -10,7 +10,8 @@ from pioneer_control.web.one_file import PAGE, join_modules, names_of, one_file,
 
 MODULES = {
     "main.js": 'import {a, f} from "./one.js";\nimport {g} from "./two.js";\n\nlet x = a, y = f(1, 2);\n',
-    "one.js": 'import {g} from "./two.js";\n\nexport const a = 1, b = {c: 2, d: [3, 4]};\n\nexport function f() {\n\tconst a = g;\n}\n',
+    "one.js": 'import {g} from "./two.js";\n\nexport const a = 1, b = {c: 2, d: [3, 4]};\n\n'
+              "export function f() {\n\tconst a = g;\n}\n",
     "two.js": "export async function g() {}\n\nexport class H {}\nconst i = 3;\n",
     "lonely.js": "export const j = 1;\n",
 }
@@ -78,6 +79,10 @@ def test_a_page_without_its_script_is_refused(tmp_path):
         one_file({}, tmp_path)
 
 
+MOST = 78000
+"""Bytes of all files of the page together, as they are, with their comments."""
+
+
 def test_all_files_of_the_page_together_are_small():
     sizes = {path.name: path.stat().st_size for path in PAGE.iterdir()}
-    assert sum(sizes.values()) <= 60000, sizes
+    assert sum(sizes.values()) <= MOST, sizes

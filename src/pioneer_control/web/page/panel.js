@@ -83,7 +83,7 @@ export class Panel {
 	constructor(choose, grip) {
 		Object.assign(this, {choose, tiles: new Map()});
 		for (const command of ["open", "close", "up", "down", "deploy", "store", "stop"])
-			make($("grip"), "button", command).onclick = () => grip(command);
+			make($("grip"), "button", command === "stop" ? "halt" : command).onclick = () => grip(command);
 		for (const [id, [title]] of Object.entries(CELLS)) {
 			const cell = make($("numbers"), "div");
 			make(cell, "dt", title);
@@ -121,8 +121,8 @@ export class Panel {
 		$("gripper").parentNode.hidden = !gripper;
 	}
 
-	updateList({list, hello}, chosen) {
-		show("list", list.length > 1 || hello.teacher);
+	updateList({list}, chosen) {
+		show("list", list.length > 1);
 		show("previous", list.length > 1);
 		show("next", list.length > 1);
 		items($("tiles"), list.map(robot => robot.number), (item, number) => {

@@ -33,7 +33,7 @@ export class TimeLine {
 	toggle() {
 		if (!this.playing && this.recording.at >= this.recording.duration) this.seek(0);
 		this.playing = !this.playing;
-		$("play").textContent = this.playing ? "⏸" : "▶";
+		$("play").textContent = this.playing ? "❚❚" : "▶";
 		$("play").ariaLabel = (this.playing ? "Pause" : "Play") + " (space bar)";
 	}
 
