@@ -23,7 +23,7 @@ def run(rows=ROWS):
     """Return a recording of a robot that drives forth and back, and its columns."""
     at = [(100 * i, 1000 + (i % 200) * 10, 1500, 0, 100, 0 if i % 200 else 500, 0x83, 0) + (50,) * 8
           for i in range(rows)]
-    info = robot_info(7, name="recorded", outline=OUTLINE, yours=False)
+    info = robot_info(7, name="recorded", outline=OUTLINE)
     messages = [[0.0, {"world": WORLD}], [0.0, {"robots": [info]}], [0.0, {"helm": helm(7, commander="program")}]]
     messages += [[20.0 * leg, {"status": status(7, decision={"doing": "leg %d" % leg, "why": "it began"})}]
                  for leg in range(30)]
@@ -49,11 +49,16 @@ def recorded(page, server):
     return page
 
 
-def test_a_recording_is_shown_and_nothing_can_be_driven(recorded):
+def test_a_recording_is_shown_and_nothing_can_be_driven(recorded, server):
     assert recorded.text("mode") == "recording" and recorded.text("doing") == "leg 0"
     assert recorded.text("stop") is None and recorded.text("controls") is None and recorded.text("old") is None
     recorded.down("KeyW")
-    recorded.shows("clock", "0:00.0 of 10:00.0")
+    recorded.press("KeyL")
+    recorded.shows("clock", "0:12.3 of 10:00.0")
+    recorded.up("KeyW")
+    recorded.press("Space")
+    until(lambda: "0:12.3" not in recorded.text("clock"))
+    assert server.received == []
 
 
 def test_keys_on_the_time_line_and_marks(recorded):

@@ -236,13 +236,13 @@ function turn() {
 		if (timeline) timeline.draw();
 		redraw = false;
 	}
-	if (live) {		// right after the drawing: what was drawn, and where the hand wants to go by this picture
+	if (!recording && live) {		// right after the drawing: what was drawn, and where the hand wants to go by this picture
 		live.drawn(now);
 		if (want && !(frame && live.open && chosen.info.yours !== false && !chosen.locked && !$("help").open)) controls.drop();
 		else if (frame) deadman.drawn(want, chosen.number, frame.stamp, chosen.sent, now);
 	}
 	if (rewrite && now - panelAt > 80) {
-		panel.update(model, chosen, live !== null);
+		panel.update(model, chosen, !recording);
 		[panelAt, rewrite] = [now, false];
 	}
 	showAge(now);
