@@ -117,9 +117,9 @@ function unpacked() {
 // --- The view ---
 
 function fit() {
-	const {offsetWidth: wide, offsetHeight: high} = $("tools");
+	const {offsetWidth: wide, offsetHeight: high} = $("tools"), beside = wide / camera.width < high / camera.height;
 	follow(false);
-	camera.fit(model.bounds(), high > wide ? wide : 0, high > wide ? 0 : high);
+	camera.fit(model.bounds(), beside ? wide : 0, beside ? 0 : high);
 	fitted = true;
 }
 

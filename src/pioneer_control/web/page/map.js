@@ -46,8 +46,8 @@ export class MapPicture {
 		this.ctx.clearRect(0, 0, width, height);
 		const all = model.list.filter(robot => robot.frame).sort((a, b) => (a === chosen) - (b === chosen)).map(robot =>
 			[robot, robot === chosen, model.pose(robot), model.origin(robot)]);
-		for (const one of all) this.drawTrail(...one);
 		for (const [robot, isChosen, pose] of all) if (isChosen) this.drawCones(robot, pose);
+		for (const one of all) this.drawTrail(...one);
 		for (const one of all) this.drawEchoes(...one);
 		const radius = Math.max(4, (model.world && model.world.can ? model.world.can.radius : 0.03) * this.camera.scale);
 		for (const can of model.cans) {		// a lifted one is a ring
@@ -92,7 +92,7 @@ export class MapPicture {
 	plate(text, px, py, size, edge, ink = "ink", ground = "card", least = 0) {
 		const {ctx} = this, high = size + 6;
 		Object.assign(ctx, {font: "700 " + size + FONT, textAlign: "center", textBaseline: "middle"});
-		const wide = Math.max(least, high, ctx.measureText(text).width + 10);
+		const wide = Math.max(least, high, ctx.measureText(text).width + 14);
 		ctx.beginPath();
 		ctx.roundRect(px - wide / 2, py - high / 2, wide, high, high / 2);
 		this.fill(ground, 0.92).stroke(edge, 1.5);

@@ -76,8 +76,8 @@ export class TimeLine {
 			const curve = recording.curve(number, name, wide), values = curve.map(each => each[1]), top = TOP + i * strip, battery = name === "battery";
 			const most = battery ? Math.max(...values) + 0.1 : Math.max(0.1, ...values.map(Math.abs)), least = battery ? Math.min(...values) - 0.1 : -most;
 			write(title, 4, top + strip / 2, "ink2", "left");
-			if (values.length) write(`${most.toFixed(1)} ${unit}`, LEFT - 8, top + 8, "ink2", "right");
-			if (values.length) write(least.toFixed(1), LEFT - 8, top + strip - 8, "ink2", "right");
+			if (values.length && strip > 24) write(`${most.toFixed(1)} ${unit}`, LEFT - 8, top + 8, "ink2", "right");
+			if (values.length && strip > 24) write(least.toFixed(1), LEFT - 8, top + strip - 8, "ink2", "right");
 			ctx.strokeStyle = colour.line;
 			ctx.strokeRect(LEFT + 0.5, Math.round(top) + 0.5, wide - LEFT - 12, strip - 1);
 			Object.assign(ctx, {strokeStyle: colour[ink], lineWidth: 1.75}).beginPath();
