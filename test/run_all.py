@@ -62,6 +62,7 @@ def stages(source: pathlib.Path, results: pathlib.Path, cores: int) -> List[Stag
         Stage("mypy and flake8", [check_suite("mypy", results), check_suite("flake8", results)], 2),
         Stage("messages tests", [pytest_suite("messages", results, cores)]),
         Stage("integration tests", [pytest_suite("integration", results, 2 * cores)]),
+        Stage("browser tests", [pytest_suite("browser", results, cores)]),
         Stage("rostests", [rostest_suite(path, results) for path in tests], 2 * cores),
     ]
 

@@ -10,7 +10,7 @@ import sys
 import xml.etree.ElementTree as ElementTree
 from typing import List, NamedTuple
 
-KINDS = ("unit", "mypy", "flake8", "messages", "integration", "rostest")
+KINDS = ("unit", "mypy", "flake8", "messages", "integration", "browser", "rostest")
 SLOWEST = 10
 """So many tests are named."""
 

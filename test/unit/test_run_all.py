@@ -126,7 +126,7 @@ def test_every_folder_and_rostest_is_in_a_stage():
     stages = run_all.stages(ROOT, pathlib.Path("results"), 2)
     suites = [each for stage in stages for each in stage.suites]
     folders = {each.command[-1] for each in suites if each.name == "pytest"}
-    assert folders == {"test/unit", "test/messages", "test/integration"}
+    assert folders == {"test/unit", "test/messages", "test/integration", "test/browser"}
     rostests = [each.name for each in suites if each.kind == "rostest"]
     assert sorted(rostests) == sorted(path.stem for path in (ROOT / "test" / "rostest").glob("*.test"))
     assert tuple(rostests[:len(run_all.LONGEST_FIRST)]) == run_all.LONGEST_FIRST

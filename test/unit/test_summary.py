@@ -36,7 +36,7 @@ def last_line(capsys):
 
 def test_all_is_well(results, capsys):
     assert summary.main(str(results)) == 0
-    assert last_line(capsys) == "6 passed, 0 failed"
+    assert last_line(capsys) == "7 passed, 0 failed"
 
 
 @pytest.mark.parametrize("case", [BAD, BROKEN])
@@ -44,39 +44,39 @@ def test_failures_and_errors_count_and_are_named(results, capsys, case):
     write_suite(results, "rostest", "suite", GOOD + case, status="1")
     assert summary.main(str(results)) == 1
     output = capsys.readouterr().out
-    assert output.endswith("6 passed, 1 failed\n")
+    assert output.endswith("7 passed, 1 failed\n")
     assert "FAILED rostest suite: c." in output
 
 
 def test_what_rostest_writes_twice_counts_once(results, capsys):
     write_suite(results, "rostest", "suite", GOOD, report="rostest-test_suite.xml")
     summary.main(str(results))
-    assert last_line(capsys) == "6 passed, 0 failed"
+    assert last_line(capsys) == "7 passed, 0 failed"
 
 
 def test_a_skipped_test_is_not_hidden(results, capsys):
     write_suite(results, "unit", "suite", GOOD + SKIPPED)
     assert summary.main(str(results)) == 0
-    assert last_line(capsys) == "6 passed, 0 failed, 1 skipped"
+    assert last_line(capsys) == "7 passed, 0 failed, 1 skipped"
 
 
 def test_a_kind_without_tests_is_a_failure(results, capsys):
     for path in sorted((results / "integration").rglob("*"), reverse=True):
         path.rmdir() if path.is_dir() else path.unlink()
     assert summary.main(str(results)) == 1
-    assert last_line(capsys) == "5 passed, 1 failed"
+    assert last_line(capsys) == "6 passed, 1 failed"
 
 
 def test_a_suite_without_tests_is_a_failure(results, capsys):
     write_suite(results, "rostest", "empty", "", status="0")
     assert summary.main(str(results)) == 1
-    assert last_line(capsys) == "6 passed, 1 failed"
+    assert last_line(capsys) == "7 passed, 1 failed"
 
 
 def test_a_suite_that_hung_after_its_last_test_is_a_failure(results, capsys):
     write_suite(results, "rostest", "hung", GOOD, status="124")
     assert summary.main(str(results)) == 1
-    assert last_line(capsys) == "7 passed, 1 failed"
+    assert last_line(capsys) == "8 passed, 1 failed"
 
 
 def test_a_report_that_breaks_off_is_a_failure(results, capsys):
@@ -84,7 +84,7 @@ def test_a_report_that_breaks_off_is_a_failure(results, capsys):
     write_suite(results, "rostest", "killed", GOOD, status="124")
     (results / "rostest" / "killed" / "rosunit-x.xml").write_text("<testsuite>" + GOOD)
     assert summary.main(str(results)) == 1
-    assert last_line(capsys) == "6 passed, 1 failed"
+    assert last_line(capsys) == "7 passed, 1 failed"
 
 
 def test_the_slowest_tests_are_named_slowest_first(results, capsys):

@@ -25,6 +25,7 @@ pictures to browsers, and orders back. It may die or hang at any time: the robot
 ``truth``          the map of simulated robots, from their simulator
 ``from_messages``  the messages of a robot's topics, as the page shows them
 ``recorded``       a bag as a recording for the page
+``one_file``       joins the page and a recording into one HTML file
 ``program_line``   the robot's side of the line to a program that shares its robot with persons
 ``tied``           runs a program as a child that ends with its parent
 =================  ====================================================================================

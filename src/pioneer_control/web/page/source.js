@@ -1,0 +1,103 @@
+// The live connection: first words, trying again, how long messages are on their way, and which picture was drawn.
+
+import {decodeFrames} from "./frames.js";
+
+const FIRST_WAIT = 300, LONGEST_WAIT = 2000, BUSY_WAIT = 5000, PING = 1000, SILENCE = 5000, ACKNOWLEDGE = 100;		// ms
+
+// When a frame was sent, on our clock, from its stamp (u32, ms): the quickest frames tell how the clocks differ.
+// So a frame that was held up on its way counts as old, although it arrived just now.
+export class Clock {
+	constructor() {
+		Object.assign(this, {rounds: [], first: null, least: [Infinity, Infinity], turned: 0});
+	}
+
+	get transit() {
+		return this.rounds.length ? Math.min(...this.rounds.slice(-10)) / 2 : 0;
+	}
+
+	sent(stamp, now) {
+		if (this.first === null) [this.first, this.turned] = [now - stamp, now];
+		let late = (now - stamp - this.first) % 2 ** 32;
+		late -= 2 ** 32 * Math.round(late / 2 ** 32);
+		if (now - this.turned > 30000) {		// clocks drift: the quickest of the last half to whole minute
+			this.least = [Infinity, this.least[0]];
+			this.turned = now;
+		}
+		this.least[0] = Math.min(this.least[0], late);
+		return now - late + Math.min(...this.least) - this.transit;
+	}
+}
+
+export class Live {
+	// on: {text(kind, value), frames(list of [frame, sent]), columns(buffer), state(name, reason)}
+	constructor(url, words, on) {
+		Object.assign(this, {url, words, on, wait: FIRST_WAIT, toldAt: 0});
+		setInterval(() => this.tick(), PING);
+		this.connect();
+	}
+
+	get open() {
+		return this.greeted && this.socket !== null && this.socket.readyState === 1;
+	}
+
+	connect() {
+		const socket = new WebSocket(this.url);
+		Object.assign(this, {socket, greeted: false, clock: new Clock(), newest: null, told: null, heard: performance.now()});
+		this.on.state("connecting");
+		socket.binaryType = "arraybuffer";
+		socket.onopen = () => socket.send(JSON.stringify(this.words));
+		socket.onmessage = event => socket === this.socket && this.take(event.data, performance.now());
+		socket.onclose = event => socket === this.socket && this.closed(event.code, event.reason);
+	}
+
+	closed(code, reason) {
+		this.socket = null;
+		this.on.state({4400: "refused", 4401: "key"}[code] || "closed", reason);
+		if (code === 4400 || code === 4401) return;
+		setTimeout(() => this.connect(), code === 4409 || code === 4429 ? BUSY_WAIT : this.wait);
+		this.wait = Math.min(LONGEST_WAIT, 2 * this.wait);
+	}
+
+	take(data, now) {
+		this.heard = now;
+		if (typeof data !== "string") {
+			if (new Uint8Array(data)[0] !== 1) return this.on.columns(data);
+			const frames = decodeFrames(data).map(frame => [frame, this.clock.sent(frame.stamp, now)]);
+			if (frames.length) this.newest = frames[frames.length - 1][0].stamp;
+			return this.on.frames(frames);
+		}
+		for (const [kind, value] of Object.entries(JSON.parse(data))) {
+			if (kind === "pong") this.clock.rounds.push(now - value);
+			else this.on.text(kind, value);
+			if (kind === "hello") this.greet();
+		}
+	}
+
+	greet() {
+		this.greeted = true;
+		this.wait = FIRST_WAIT;
+		this.on.state("open");
+		this.tick();
+	}
+
+	// A network that went dark tells nothing: after some silence, we end it.
+	tick() {
+		const {socket} = this, now = performance.now();
+		if (socket && now - this.heard > SILENCE) {
+			this.closed(1006, "");
+			socket.close();
+		} else this.send({do: "ping", at: now});
+	}
+
+	// Tells whether it went out.
+	send(message) {
+		if (this.open) this.socket.send(JSON.stringify(message));
+		return this.open;
+	}
+
+	// All that came was drawn. The last batch is always acknowledged, or the server waits for ever.
+	drawn(now) {
+		if (this.newest === this.told || now - this.toldAt < ACKNOWLEDGE) return;
+		if (this.send({do: "drawn", stamp: this.newest})) Object.assign(this, {told: this.newest, toldAt: now});
+	}
+}
