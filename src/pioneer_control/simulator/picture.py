@@ -25,6 +25,7 @@ LEAST_SPAN = 4.0  # m: width of the drawing of an empty world
 WIDEST, HIGHEST, NARROWEST = 8.0, 5.5, 3.2  # inches: limits of the size of the drawing without its margins
 CAN_DOT = 4.5  # points (1/72 inch): least diameter of a can in the drawing
 DPI = 90
+MANY_STARTS = 9  # with more starts, the drawing has no room for the word at each
 CELLS = 900  # cells of the shading along the longer side of the drawing
 
 Outline = Sequence[Point]
@@ -147,9 +148,12 @@ def _label(axes: Any, pose: Pose, text: str, colour: str, points: float = 11.0) 
 
 
 def _draw_starts(axes: Any, world: World) -> None:
+    """Draw the starts as arrows with their numbers. Many arrows are smaller, and the word "start" is left out."""
+    many = len(world.starts) > MANY_STARTS
+    text = "start" if len(world.starts) == 1 else "%s" if many else "start %s"
     for number, pose in enumerate(world.starts, 1):
-        _draw_arrow(axes, pose, _size(axes), START, 6, edgecolor="white", linewidth=0.6)
-        _label(axes, pose, "start %s" % number if len(world.starts) > 1 else "start", START, 15.0)
+        _draw_arrow(axes, pose, _size(axes) * (0.7 if many else 1.0), START, 6, edgecolor="white", linewidth=0.6)
+        _label(axes, pose, text % number if "%" in text else text, START, 13.0 if many else 15.0)
 
 
 def _draw_docks(axes: Any, world: World) -> None:

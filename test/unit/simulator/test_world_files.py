@@ -145,7 +145,7 @@ def test_numbers_in_all_plain_forms(tmp_path):
 
 
 def test_unknown_name_lists_the_known_ones():
-    names = "cans, clutter, corridor, empty, maze, office, table, tutorial"
+    names = "cans, classroom, clutter, corridor, empty, maze, office, table, tutorial"
     with pytest.raises(WorldError, match=r"no world named 'tutoral'; did you mean 'tutorial'\?.*%s" % names):
         load_world("tutoral")
     with pytest.raises(WorldError, match="no world named 'xyzzy'; known: cans"):
@@ -178,7 +178,8 @@ def test_picture_instead_of_its_map(tmp_path, monkeypatch):
 
 
 def test_the_gallery_is_complete():
-    assert known_worlds() == ["cans", "clutter", "corridor", "empty", "maze", "office", "table", "tutorial"]
+    assert known_worlds() == [
+        "cans", "classroom", "clutter", "corridor", "empty", "maze", "office", "table", "tutorial"]
 
 
 @pytest.mark.parametrize("name", known_worlds())
