@@ -14,7 +14,8 @@ from ..robots import find_model, load_table
 from .hardware import load_numbers
 from .line import Fault, LineRecorder, LineSimulation, Server, fault_of, load_faults
 from .line.faults import KINDS
-from .line.server import SPEEDS, STANDARD_PORT
+from .line.pace import SPEEDS
+from .line.server import STANDARD_PORT
 from .played import PlayedRobot, compare, play_client
 from .simulation import MOST_ROBOTS, Simulation, simulate
 from .world import known_worlds, load_world
