@@ -58,6 +58,8 @@ def test_every_section_and_key(tmp_path):
     assert world.walls[:5].tolist() == [[0, 0, 4, 0], [4, 0, 4, 3], [0, 0, 1, 0], [1, 0, 1, 1], [1, 1, 0, 0]]
     assert world.walls[5:9].tolist() == [[1, .5, 3, .5], [3, .5, 3, 1.5], [3, 1.5, 1, 1.5], [1, 1.5, 1, .5]]
     diagonal = math.sqrt(2.0)
+    assert [len(box) for box in world.boxes] == [4, 4]
+    assert world.boxes[0] == ((1, .5), (3, .5), (3, 1.5), (1, 1.5))
     assert world.walls[9] == pytest.approx([0.0, -diagonal, diagonal, 0.0], abs=1e-12)
     assert world.posts.tolist() == [[3.0, 2.5, 0.025]]
     assert [(can.x, can.y, can.radius, can.height, can.held_by) for can in world.cans] == [

@@ -64,11 +64,16 @@ class Body:
         self._candidates: List[Candidate] = []
 
     def place(self, pose: Pose) -> None:
-        """Put the body at `pose` (m, rad; map frame), as if a person carried it there."""
+        """Put the body at `pose` (m, rad; map frame), whatever stands there."""
         self.pose = (float(pose[0]), float(pose[1]), float(pose[2]))
         self._free = 0.0
         self.blocked = False
         self._world.crowd.moved(self)
+
+    def carry(self, pose: Pose) -> None:
+        """Put the body at `pose` (m, rad; map frame). What it meets there next counts as a new contact."""
+        self.place(pose)
+        self._contact_at = None
 
     def move(self, distance: float, turn: float) -> bool:
         """Drive an arc, unless the body would touch a wall, a post or another robot at its end.

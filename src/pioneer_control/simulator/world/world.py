@@ -79,6 +79,7 @@ class World:
         docks: poses ``(x, y, heading)`` of a robot while it charges; see `battery.stands_in`.
         goals: poses ``(x, y, heading)`` by name. The simulator does not use them.
         skipped: one sentence for each entry of the world's file that is not part of this world.
+        boxes: corners of each filled obstacle, for those who draw it. Its walls are among `walls`.
 
     Raises:
         WorldError: a number is not finite, a wall has no length, a post or can has no size, or there is no start.
@@ -94,6 +95,7 @@ class World:
         docks: Sequence[Pose] = (),
         goals: Mapping[str, Pose] = MappingProxyType({}),
         skipped: Sequence[str] = (),
+        boxes: Sequence[Sequence[Point]] = (),
     ):
         self.name = name
         self.walls = _table(name, "wall", walls, 4)
@@ -103,6 +105,7 @@ class World:
         self.docks = _poses(name, "dock", docks)
         self.goals = dict(zip(goals, _poses(name, "goal", list(goals.values()))))
         self.skipped = tuple(skipped)
+        self.boxes = [tuple(corners) for corners in boxes]
         if not self.starts:
             raise WorldError("world %s: no start; a robot has to stand somewhere" % name)
         for number, (x1, y1, x2, y2) in enumerate(self.walls.tolist(), 1):
@@ -135,7 +138,7 @@ class World:
         """
         return World(
             self.name, self.walls.tolist(), self.posts.tolist(), self.cans, [start, *self.starts], self.docks,
-            self.goals, self.skipped)
+            self.goals, self.skipped, self.boxes)
 
     def touches(self, outline_xy: Sequence[Point]) -> bool:
         """Return whether a body overlaps any wall or post, or has one inside its outline. Cans are ignored.

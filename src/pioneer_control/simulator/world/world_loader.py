@@ -12,7 +12,7 @@ import yaml
 from ...errors import WorldError
 from ...parameters import Number, Numbers, Switch, Text, nearest
 from .aria_map import FIRST_LINE, AriaMap
-from .poses import Pose, Wall, box_walls
+from .poses import Point, Pose, Wall, box_corners, closed
 from .ros_map import MapReader
 from .world import SONAR_PLANE, Can, World, begin_at
 from .yaml_nodes import LENGTH, NodeReader, compose
@@ -134,15 +134,17 @@ class _WorldReader(NodeReader):
             "cans": self.cans, "docks": self.docks, "goals": self.goals,
         })
         below = sections.get("map") or World("nothing")
+        boxes = sections.get("boxes", [])
         return World(
             name=self.path.stem,
-            walls=below.walls.tolist() + sections.get("walls", []) + sections.get("boxes", []),
+            walls=below.walls.tolist() + sections.get("walls", []) + [wall for box in boxes for wall in closed(box)],
             posts=sections.get("posts", []),
             cans=sections.get("cans", []),
             starts=sections["starts"],
             docks=below.docks + sections.get("docks", []),
             goals={**below.goals, **sections.get("goals", {})},
             skipped=[sentence for sentence in below.skipped if not sentence.endswith(begin_at(below.starts[0]))],
+            boxes=below.boxes + boxes,
         )
 
     def walls(self, node: yaml.Node) -> List[Wall]:
@@ -158,11 +160,11 @@ class _WorldReader(NodeReader):
                 segments.append(first + second)
         return segments
 
-    def boxes(self, node: yaml.Node) -> List[Wall]:
-        """Return the walls (m) of section `boxes`, four for each box."""
+    def boxes(self, node: yaml.Node) -> List[List[Point]]:
+        """Return the corners (m) of each box in section `boxes`."""
         needs, may = {"centre_m": POINT, "size_m": Numbers(2, LENGTH.low, math.inf)}, {"angle_deg": ANGLE}
-        return [wall for _, box in self.mappings(node, "boxes", "a box", needs, may)
-                for wall in box_walls(box["centre_m"], box["size_m"], math.radians(box.get("angle_deg", 0.0)))]
+        return [box_corners(box["centre_m"], box["size_m"], math.radians(box.get("angle_deg", 0.0)))
+                for _, box in self.mappings(node, "boxes", "a box", needs, may)]
 
     def posts(self, node: yaml.Node) -> List[Tuple[float, ...]]:
         """Return x, y and radius (m) of each post in section `posts`."""
