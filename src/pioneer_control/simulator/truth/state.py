@@ -1,0 +1,96 @@
+"""The world and the true state of its robots and cans as plain values, which fit into JSON.
+
+Lengths are in metres, angles in radians, speeds in m/s and rad/s, times in simulated seconds, coordinates in the map
+frame. Robots and cans are numbered from 1, in the order of their lists. docs/simulator.md has the table of all values.
+"""
+
+import json
+import math
+from typing import Any, Dict, List, Optional, Sequence, Tuple
+
+from ..firmware import Firmware
+from ..line import LineSimulation
+from ..line.pace import Pace
+from ..simulation import Simulation
+from ..world import Can
+from ..world.poses import Pose
+
+DIGITS = 4
+"""Digits behind the point of all numbers in a line: tenths of a millimetre, and ten-thousandths of a radian."""
+NOBODY = -1
+"""The number of the robot that holds a can, if no robot holds it."""
+
+Message = Dict[str, Any]
+"""One JSON object: plain values by their names."""
+
+
+def world_of(simulation: Simulation, urls: Sequence[Optional[str]]) -> Message:
+    """Return what does not change: the world, and the robots in it.
+
+    Args:
+        simulation: the robots and their world, before any time has passed.
+        urls: URL of the TCP port of each robot. None for a robot that has no TCP port.
+    """
+    world = simulation.world
+    return {"world": {
+        "name": world.name,
+        "bounds": world.bounds,
+        "walls": world.walls.tolist(),
+        "posts": world.posts.tolist(),
+        "boxes": world.boxes,
+        "cans": [(can.radius, can.height) for can in world.cans],
+        "starts": world.starts,
+        "docks": world.docks,
+        "goals": world.goals,
+        "robots": [{
+            "name": robot.name, "model": robot.model.subtype, "url": url, "start": robot.true_pose,
+            "outline": robot.model.outline(robot.gripper is not None),
+        } for robot, url in zip(simulation.robots, urls)],
+    }}
+
+
+def truth_of(simulation: Simulation, lines: LineSimulation, pace: Pace) -> Message:
+    """Return the present state of everything that changes."""
+    holders = {id(robot.gripper): number for number, robot in enumerate(simulation.robots, 1)
+               if robot.gripper is not None}
+    return {"truth": {
+        "time": lines.time,
+        "speed": pace.speed,
+        "paused": pace.paused,
+        "robots": [(*_wrapped(robot.true_pose), *robot.velocity, robot.hardware.body.blocked)
+                   for robot in simulation.robots],
+        "origins": [_wrapped(robot.hardware.odometry.origin) for robot in simulation.robots],
+        "grippers": [_gripper(robot) for robot in simulation.robots],
+        "stop_buttons": [robot.hardware.motors.stop_button for robot in simulation.robots],
+        "cans": [(*can_place(can), holders.get(id(can.held_by), NOBODY)) for can in simulation.world.cans],
+        "faults": [str(fault) for fault in lines.faults.on],
+    }}
+
+
+def can_place(can: Can) -> Tuple[float, float, float]:
+    """Return x, y and height above the floor (m, map frame) of a can. The height is 0 while no gripper holds it."""
+    return can.x, can.y, 0.0 if can.held_by is None else can.held_by.height
+
+
+def line_of(message: Message) -> bytes:
+    """Return a message as one line: JSON in ASCII, with rounded numbers and a newline."""
+    return json.dumps(_rounded(message), separators=(",", ":")).encode("ascii") + b"\n"
+
+
+def _gripper(robot: Firmware) -> Optional[List[float]]:
+    """Return the distance between the paddles and their height (m). None without a gripper."""
+    return None if robot.gripper is None else [robot.gripper.opening, robot.gripper.height]
+
+
+def _wrapped(pose: Pose) -> Pose:
+    """Return a pose with its heading between -pi and pi."""
+    x, y, heading = pose
+    return x, y, math.remainder(heading, 2.0 * math.pi)
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, float):
+        return round(value, DIGITS)
+    if isinstance(value, dict):
+        return {key: _rounded(each) for key, each in value.items()}
+    return [_rounded(each) for each in value] if isinstance(value, (list, tuple)) else value
