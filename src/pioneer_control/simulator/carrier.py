@@ -36,19 +36,21 @@ class Carrier:
         self._put(number, pose, "robot %d cannot stand at x %g, y %g, heading %g" % (number, *pose))
 
     def reset(self, number: int) -> None:
-        """Put a robot back where it began, with the cans that it holds.
+        """Put a robot back where it began, with the cans that it holds. Count its contacts and its way from zero.
 
         Raises:
             ParameterError: something else stands there. The message names all of it. Nothing has changed.
         """
         self._put(number, self.starts[number - 1], "robot %d cannot stand where it began" % number)
+        self._robots[number - 1].hardware.body.begin_count()
 
     def reset_all(self) -> None:
-        """Put all robots and cans back where they began. Grippers release what they hold."""
+        """Put all robots and cans back where they began. Grippers release what they hold. Count all from zero."""
         for robot, start in zip(self._robots, self.starts):
             if robot.gripper is not None:
                 robot.gripper.release()
             robot.hardware.carry(start)
+            robot.hardware.body.begin_count()
         for can, x, y in self._cans:
             can.x, can.y = x, y
 

@@ -1,5 +1,6 @@
 """World and robots as plain values, for other programs."""
 
+import dataclasses
 import json
 import math
 
@@ -7,14 +8,20 @@ import pytest
 
 from pioneer_control import p2os
 from pioneer_control.robots import find_model
+from pioneer_control.simulator.carrier import Carrier
+from pioneer_control.simulator.hardware import standard_numbers
 from pioneer_control.simulator.line import LineSimulation, fault_of
 from pioneer_control.simulator.line.pace import Pace
 from pioneer_control.simulator.simulation import Simulation, simulate
-from pioneer_control.simulator.truth.state import line_of, truth_of, world_of
+from pioneer_control.simulator.truth.state import line_of, marked_place, truth_of, world_of
 from pioneer_control.simulator.world import Can, World, load_world
 from pioneer_control.simulator.world.poses import compose
+from pioneer_control.simulator.world.world import MarkedPlace
 
 OPEN = b"".join([p2os.encode_frame(number) for number in (0, 1, 2, 1)] + [p2os.encode_command("ENABLE", 1)])
+
+
+PLACES = [MarkedPlace("mat", 0.0, 0.0, (1.0, 0.4)), MarkedPlace("hole", 2.0, 2.0, (1.0,))]
 
 
 class Stage:
@@ -22,7 +29,7 @@ class Stage:
 
     def __init__(self):
         world = World("stage", [(5.0, -1.0, 5.0, 1.0)], cans=[Can(0.3, 0.0), Can(2.5, 1.0)],
-                      starts=[(0.0, 0.0, 0.0), (2.0, 0.0, 7.0)])
+                      starts=[(0.0, 0.0, 0.0), (2.0, 0.0, 7.0)], places=PLACES)
         self.simulation = Simulation(world)
         for subtype in ("p3dx-sh", "amigo-sh"):
             self.simulation.add(find_model(subtype), noise=0.0).receive(OPEN)
@@ -61,6 +68,13 @@ def test_the_world_is_told_as_it_is():
     assert told["robots"][0]["start"] == [1.0, 6.0, 0.0] and len(told["robots"][0]["outline"]) == 8
 
 
+def test_places_are_told():
+    stage = Stage()
+    told = json.loads(line_of(world_of(stage.simulation, [None, None])))["world"]["places"]
+    assert told == [{"name": "mat", "centre": [0.0, 0.0], "size": [1.0, 0.4]},
+                    {"name": "hole", "centre": [2.0, 2.0], "diameter": 1.0}]
+
+
 def test_robots_at_rest():
     stage = Stage()
     assert stage.truth == {
@@ -68,7 +82,8 @@ def test_robots_at_rest():
         "robots": [(0.0, 0.0, 0.0, 0.0, 0.0, False), (2.0, 0.0, pytest.approx(7.0 - 2.0 * math.pi), 0.0, 0.0, False)],
         "origins": [(0.0, 0.0, 0.0), (2.0, 0.0, pytest.approx(7.0 - 2.0 * math.pi))],
         "grippers": [[0.21, 0.07], None], "stop_buttons": [False, False],
-        "cans": [(0.3, 0.0, 0.0, -1), (2.5, 1.0, 0.0, -1)], "faults": [],
+        "contacts": [0, 0], "driven": [0.0, 0.0],
+        "cans": [(0.3, 0.0, 0.0, -1, 1), (2.5, 1.0, 0.0, -1, -1)], "faults": [],
     }
 
 
@@ -95,7 +110,7 @@ def test_what_a_gripper_holds():
     stage = Stage()
     for action in (5, 2):   # lower the paddles, and close them
         stage.do(1, "GRIPPER", action, seconds=4.0)
-    assert stage.truth["cans"] == [(pytest.approx(0.3, abs=0.01), 0.0, 0.0, 1), (2.5, 1.0, 0.0, -1)]
+    assert stage.truth["cans"] == [(pytest.approx(0.3, abs=0.01), 0.0, 0.0, 1, -1), (2.5, 1.0, 0.0, -1, -1)]
     assert stage.truth["grippers"][0] == pytest.approx([0.066, 0.0])
     stage.do(1, "GRIPPER", 4, seconds=4.0)
     assert stage.truth["cans"][0][2] == pytest.approx(0.07)
@@ -109,6 +124,70 @@ def test_who_touches_something():
     assert [robot[5] for robot in told] == [True, False], "the second one was run into"
     stage.do(1, "VEL", -100, seconds=1.0)
     assert not stage.truth["robots"][0][5]
+
+
+def test_contacts_and_the_way_are_counted():
+    stage = Stage()
+    stage.do(2, "VEL", 200, seconds=2.0)
+    stage.do(2, "VEL", -200, seconds=2.0)
+    stage.do(2, "VEL", 0, seconds=1.0)
+    assert stage.truth["contacts"] == [0, 0] and stage.truth["driven"] == [0.0, pytest.approx(0.7, abs=0.15)]
+    for count in (1, 2):
+        stage.do(1, "VEL", 300, seconds=10.0)
+        assert stage.truth["contacts"] == [count, 0] and stage.truth["robots"][0][5]
+        stage.do(1, "MOVE", -200, seconds=3.0)
+        assert not stage.truth["robots"][0][5]
+    before = stage.truth
+    stage.do(1, "DHEAD", 90, seconds=3.0)
+    carrier = Carrier(stage.simulation)
+    carrier.put(1, (-1.0, -1.0, 0.0))
+    assert stage.truth["driven"] == before["driven"] and stage.truth["contacts"] == before["contacts"], "only carried"
+    carrier.reset(1)
+    assert stage.truth["driven"] == [0.0, before["driven"][1]] and stage.truth["contacts"] == [0, 0]
+    carrier.reset_all()
+    assert stage.truth["driven"] == [0.0, 0.0]
+
+
+def test_wheels_that_slip_do_not_count_for_the_true_way():
+    numbers = standard_numbers()
+    numbers = dataclasses.replace(numbers, wheels=dataclasses.replace(numbers.wheels, larger=0.1))
+    simulation = Simulation(World("hall"))
+    robot = simulation.add(find_model("p3dx-sh"), noise=0.0, numbers=numbers)
+    robot.receive(OPEN + p2os.encode_command("MOVE", 300))
+    simulation.advance(1.9)
+    robot.receive(p2os.encode_command("PULSE"))
+    simulation.advance(1.5)
+    truth = truth_of(simulation, LineSimulation(simulation), Pace(1.0, 0))["truth"]
+    assert truth["driven"] == [pytest.approx(robot.true_pose[0])]
+    assert robot.true_pose[0] == pytest.approx(0.33, abs=1e-3) and robot.hardware.odometry.pose[0] < 0.31
+
+
+def test_a_jammed_can_is_no_way_driven():
+    """The robot presses a can against a wall, and stands."""
+    world = World("jam", [(1.0, -1.0, 1.0, 1.0)], cans=[Can(0.9, 0.0)])
+    simulation = Simulation(world)
+    robot = simulation.add(find_model("p3dx-sh"), noise=0.0, gripper=False)
+    robot.receive(OPEN)
+    for _ in range(100):
+        robot.receive(p2os.encode_command("VEL", 200))
+        simulation.advance(0.1)
+    assert robot.hardware.body.driven == pytest.approx(robot.true_pose[0]) and robot.true_pose[0] < 0.75
+
+
+@pytest.mark.parametrize("x, y, place", [
+    (0.0, 0.0, 1), (0.5, -0.2, 1), (0.51, 0.0, -1), (0.0, 0.21, -1), (2.0, 2.0, 2), (1.51, 2.0, 2), (2.4, 2.4, -1)])
+def test_the_place_in_which_a_can_stands(x, y, place):
+    stage = Stage()
+    can = stage.simulation.world.cans[1]
+    can.x, can.y = x, y
+    assert stage.truth["cans"][1][4] == place
+    can.held_by = stage.simulation.robots[0].gripper
+    assert stage.truth["cans"][1][4] == -1, "a held can stands nowhere"
+
+
+def test_the_first_of_two_places_counts():
+    world = World("two", places=[MarkedPlace("a", 0.0, 0.0, (2.0,)), MarkedPlace("b", 0.0, 0.0, (9.0, 9.0))])
+    assert [marked_place(world, Can(x, 0.0)) for x in (0.5, 2.0, 5.0)] == [1, 2, -1]
 
 
 def test_stop_buttons_and_faults():

@@ -29,7 +29,7 @@ def test_the_example_of_a_world_loads(tmp_path):
     path.write_text(EXAMPLES[0], encoding="utf-8")
     world = load_world(path)
     assert (len(world.walls), len(world.posts), len(world.cans), len(world.docks)) == (8, 1, 2, 1)
-    assert list(world.goals) == ["window"]
+    assert list(world.goals) == ["window"] and [place.name for place in world.places] == ["depot", "hole"]
 
 
 def test_the_example_of_numbers_loads(tmp_path):

@@ -44,13 +44,14 @@ class Body:
         reach: largest distance (m) from the middle of the body to any of its points.
         box: rectangle with which the body pushes cans (m, base_link).
         contacts: how many times the body has run into an obstacle.
+        driven: distance (m) that the body has driven, forward and backward, without what it was carried.
         blocked: whether an obstacle prevented the last step.
     """
 
     def __init__(self, world: World, outline: Sequence[Point], pose: Pose, hull: Optional[Sequence[Point]] = None):
         self._world = world
         self.place(pose)
-        self.contacts = 0
+        self.begin_count()
         self._heading = Heading()
         self._outline, self._hull = tuple(outline), tuple(hull or outline)
         xs, ys = zip(*self._hull)
@@ -69,6 +70,10 @@ class Body:
         self._free = 0.0
         self.blocked = False
         self._world.crowd.moved(self)
+
+    def begin_count(self) -> None:
+        """Begin to count contacts and the driven distance from zero."""
+        self.contacts, self.driven = 0, 0.0
 
     def carry(self, pose: Pose) -> None:
         """Put the body at `pose` (m, rad; map frame). What it meets there next counts as a new contact."""

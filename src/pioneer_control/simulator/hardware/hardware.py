@@ -190,6 +190,7 @@ class Hardware:
             return False
         pusher = self.gripper or self.body
         if pusher.make_way(self.body.pose):
+            self.body.driven += abs(distance)
             return True
         self.body.place(before)
         pusher.make_way(before)

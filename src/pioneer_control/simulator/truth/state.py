@@ -1,7 +1,8 @@
 """The world and the true state of its robots and cans as plain values, which fit into JSON.
 
 Lengths are in metres, angles in radians, speeds in m/s and rad/s, times in simulated seconds, coordinates in the map
-frame. Robots and cans are numbered from 1, in the order of their lists. docs/simulator.md has the table of all values.
+frame. Robots, cans and places are numbered from 1, in the order of their lists. docs/simulator.md has the table of all
+values.
 """
 
 import json
@@ -12,13 +13,14 @@ from ..firmware import Firmware
 from ..line import LineSimulation
 from ..line.pace import Pace
 from ..simulation import Simulation
-from ..world import Can
+from ..world import Can, World
 from ..world.poses import Pose
+from ..world.world import MarkedPlace
 
 DIGITS = 4
 """Digits behind the point of all numbers in a line: tenths of a millimetre, and ten-thousandths of a radian."""
-NOBODY = -1
-"""The number of the robot that holds a can, if no robot holds it."""
+NONE = -1
+"""The number of the robot that holds a can, or of the place in which it stands, if there is none."""
 
 Message = Dict[str, Any]
 """One JSON object: plain values by their names."""
@@ -42,6 +44,7 @@ def world_of(simulation: Simulation, urls: Sequence[Optional[str]]) -> Message:
         "starts": world.starts,
         "docks": world.docks,
         "goals": world.goals,
+        "places": [_place(place) for place in world.places],
         "robots": [{
             "name": robot.name, "model": robot.model.subtype, "url": url, "start": robot.true_pose,
             "outline": robot.model.outline(robot.gripper is not None),
@@ -61,8 +64,11 @@ def truth_of(simulation: Simulation, lines: LineSimulation, pace: Pace) -> Messa
                    for robot in simulation.robots],
         "origins": [_wrapped(robot.hardware.odometry.origin) for robot in simulation.robots],
         "grippers": [_gripper(robot) for robot in simulation.robots],
+        "contacts": [robot.contacts for robot in simulation.robots],
+        "driven": [robot.hardware.body.driven for robot in simulation.robots],
         "stop_buttons": [robot.hardware.motors.stop_button for robot in simulation.robots],
-        "cans": [(*can_place(can), holders.get(id(can.held_by), NOBODY)) for can in simulation.world.cans],
+        "cans": [(*can_place(can), holders.get(id(can.held_by), NONE), marked_place(simulation.world, can))
+                 for can in simulation.world.cans],
         "faults": [str(fault) for fault in lines.faults.on],
     }}
 
@@ -72,9 +78,20 @@ def can_place(can: Can) -> Tuple[float, float, float]:
     return can.x, can.y, 0.0 if can.held_by is None else can.held_by.height
 
 
+def marked_place(world: World, can: Can) -> int:
+    """Return the number (from 1) of the first place in which a can stands. `NONE` if it stands in none, or is held."""
+    found = (number for number, place in enumerate(world.places, 1) if place.contains(can.x, can.y))
+    return NONE if can.held_by is not None else next(found, NONE)
+
+
 def line_of(message: Message) -> bytes:
     """Return a message as one line: JSON in ASCII, with rounded numbers and a newline."""
     return json.dumps(_rounded(message), separators=(",", ":")).encode("ascii") + b"\n"
+
+
+def _place(place: MarkedPlace) -> Message:
+    told = {"name": place.name, "centre": (place.x, place.y)}
+    return {**told, "diameter": place.size[0]} if len(place.size) == 1 else {**told, "size": place.size}
 
 
 def _gripper(robot: Firmware) -> Optional[List[float]]:
