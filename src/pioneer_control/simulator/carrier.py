@@ -6,7 +6,7 @@ import numpy as np
 
 from ..errors import ParameterError
 from .simulation import Simulation
-from .world.geometry import Solids, is_inside, outlines_meet
+from .world.geometry import Solids, is_inside
 from .world.poses import Point, Pose, placed
 
 
@@ -68,8 +68,9 @@ class Carrier:
             yield "a wall or a post"
         elif any(is_inside(*pose[:2], box) for box in self._world.boxes):
             yield "a box"
+        body = self._robots[number - 1].hardware.body
         for other, robot in enumerate(self._robots, 1):
-            if other != number and outlines_meet(outline, robot.hardware.body.outline):
+            if other != number and body.would_meet(robot.hardware.body, pose):
                 yield "robot %d" % other
         for each, can in enumerate(self._world.cans, 1):
             disc = Solids(np.empty((0, 4)), np.array([[can.x, can.y, can.radius]]))

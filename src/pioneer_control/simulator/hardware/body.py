@@ -100,7 +100,7 @@ class Body:
         elif not self._is_free(pose):
             return self._stopped()
         for body in self._world.crowd.near(pose[0], pose[1], self.reach, self):
-            if body is not self and self._would_meet(body, pose):
+            if body is not self and self.would_meet(body, pose):
                 return self._stopped()
         self.pose = pose
         self.blocked = False
@@ -110,7 +110,7 @@ class Body:
             self._world.crowd.moved(self)
         return True
 
-    def _would_meet(self, other: Obstacle, pose: Pose) -> bool:
+    def would_meet(self, other: Obstacle, pose: Pose) -> bool:
         """Return whether this body would touch the `other` body if it stood at `pose` (map frame)."""
         x, y, together = pose[0] - other.pose[0], pose[1] - other.pose[1], self.reach + other.reach
         return x * x + y * y < together * together and outlines_meet(placed(self._outline, pose), other.outline)

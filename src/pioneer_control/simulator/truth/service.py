@@ -167,7 +167,8 @@ class TruthService:
         request = TOO_LONG if line is None else self._orders.read(line)
         with self._server.lock:
             answer = self._orders.answer(request)
-        self._server.wake()
+        if answer["ok"]:
+            self._server.wake()
         return line_of(answer)
 
     def _dismiss(self, client: socket.socket) -> None:
