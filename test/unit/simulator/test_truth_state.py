@@ -68,11 +68,12 @@ def test_the_world_is_told_as_it_is():
     assert told["robots"][0]["start"] == [1.0, 6.0, 0.0] and len(told["robots"][0]["outline"]) == 8
 
 
-def test_places_are_told():
+def test_places_are_told_and_headings_are_wrapped():
     stage = Stage()
-    told = json.loads(line_of(world_of(stage.simulation, [None, None])))["world"]["places"]
-    assert told == [{"name": "mat", "centre": [0.0, 0.0], "size": [1.0, 0.4]},
-                    {"name": "hole", "centre": [2.0, 2.0], "diameter": 1.0}]
+    told = json.loads(line_of(world_of(stage.simulation, [None, None])))["world"]
+    assert told["starts"][1][2] == told["robots"][1]["start"][2] == round(7.0 - 2.0 * math.pi, 4)
+    assert told["places"] == [{"name": "mat", "centre": [0.0, 0.0], "size": [1.0, 0.4]},
+                              {"name": "hole", "centre": [2.0, 2.0], "diameter": 1.0}]
 
 
 def test_robots_at_rest():

@@ -41,13 +41,13 @@ def world_of(simulation: Simulation, urls: Sequence[Optional[str]]) -> Message:
         "posts": world.posts.tolist(),
         "boxes": world.boxes,
         "cans": [(can.radius, can.height) for can in world.cans],
-        "starts": world.starts,
-        "docks": world.docks,
-        "goals": world.goals,
+        "starts": [_wrapped(pose) for pose in world.starts],
+        "docks": [_wrapped(pose) for pose in world.docks],
+        "goals": {name: _wrapped(pose) for name, pose in world.goals.items()},
         "places": [_place(place) for place in world.places],
         "robots": [{
-            "name": robot.name, "model": robot.model.subtype, "url": url, "start": robot.true_pose,
-            "outline": robot.model.outline(robot.gripper is not None),
+            "name": robot.name, "model": robot.model.subtype, "url": url,
+            "start": _wrapped(robot.true_pose), "outline": robot.model.outline(robot.gripper is not None),
         } for robot, url in zip(simulation.robots, urls)],
     }}
 
