@@ -12,10 +12,15 @@ The private parameters of a node are a frozen dataclass, here called a table. Ea
 
 import difflib
 import math
+import sys
 from dataclasses import field, fields
 from typing import Any, Iterable, List, Mapping, NamedTuple, Optional, Tuple
 
 from .errors import ParameterError
+
+
+LARGEST = sys.float_info.max
+"""Largest number that a float can hold. There are larger whole numbers."""
 
 
 class Number(NamedTuple):
@@ -31,8 +36,8 @@ class Number(NamedTuple):
 
     def accept(self, value: Any) -> float:
         """Return the value as float. Raises ValueError when it is not legal."""
-        is_number = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-        return float(_sure(value, is_number and self.low <= value <= self.high))
+        is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        return float(_sure(value, is_number and -LARGEST <= value <= LARGEST and self.low <= value <= self.high))
 
 
 class Rate(NamedTuple):

@@ -468,6 +468,55 @@ def test_a_senseless_speed(speed):
         Server(robot(), tcp=0, speed=speed)
 
 
+def simulated(server):
+    with server.lock:
+        return server.simulation.time
+
+
+def test_time_stands_while_it_is_paused_and_the_robot_still_answers():
+    with Server(robot(), tcp=0) as server, tcp_computer(server) as computer:
+        computer.open()
+        with server.lock:
+            server.pace.paused = True
+            paused_at = server.simulation.time
+            answered = server.firmware.command_counts["obeyed"]
+        server.wake()
+        for _ in range(20):
+            computer.send("PULSE")
+        computer.send("CONFIG")
+        computer.expect(p2os.Config)
+        assert simulated(server) == paused_at
+        assert server.firmware.command_counts["obeyed"] == answered + 21
+        with server.lock:
+            server.pace.paused = False
+        server.wake()
+        computer.expect(p2os.Sip, 2)
+        assert simulated(server) > paused_at
+
+
+@pytest.fixture
+def sleepy_server(monkeypatch):
+    """Return a server that has answered once, and then waits for a quarter of an hour if nobody wakes it."""
+    monkeypatch.setattr("pioneer_control.simulator.line.line_simulation.LONGEST_REST_US", 10 * 1000000)
+    with Server(robot(), tcp=0, speed=0.01) as server, tcp_computer(server) as computer:
+        computer.write(p2os.encode_frame(0))
+        computer.expect(p2os.SyncEcho)
+        yield server
+
+
+def test_another_speed_counts_at_once(sleepy_server):
+    with sleepy_server.lock:
+        sleepy_server.pace.speed = 100.0
+    sleepy_server.wake()
+    until(lambda: simulated(sleepy_server) > 1.0, "a second at the new speed")
+
+
+def test_a_slow_server_ends_at_once(sleepy_server):
+    sleepy_server.stop(LIMIT)
+    assert not sleepy_server.running
+    sleepy_server.wake()    # nothing is left to wake
+
+
 # -- faults
 
 def test_a_pulled_cable_hangs_up_and_nobody_is_let_in_until_it_is_back(line):

@@ -3,6 +3,7 @@
 The simulation publishes the clock.
 """
 
+import math
 import os
 import sys
 import time
@@ -14,7 +15,7 @@ import serial
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool
-from std_srvs.srv import Trigger
+from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import MarkerArray
 
 from pioneer_control import p2os
@@ -81,16 +82,20 @@ class SimulatorFleet(unittest.TestCase):
     def flags(self, number):
         return self.lines[number - 1].sip.flags
 
+    def place(self, number):
+        """Return x and y of the true pose of a robot."""
+        position = self.heard["robot%d/ground_truth" % number].pose.pose.position
+        return position.x, position.y
+
     def test_each_robot_has_its_truth(self):
         self.until(lambda: set(TOPICS) <= set(self.heard), "every topic")
-        truths = [self.heard["robot%d/ground_truth" % number] for number in (1, 2)]
-        self.assertEqual([truth.child_frame_id for truth in truths], ["robot1/base_link", "robot2/base_link"])
-        places = [(truth.pose.pose.position.x, truth.pose.pose.position.y) for truth in truths]
+        frames = [self.heard["robot%d/ground_truth" % number].child_frame_id for number in (1, 2)]
+        self.assertEqual(frames, ["robot1/base_link", "robot2/base_link"])
+        places = [self.place(number) for number in (1, 2)]
         self.assertNotEqual(*places)
         self.lines[1].send("MOVE", -100)
-        self.until(lambda: abs(self.heard["robot2/ground_truth"].pose.pose.position.x - places[1][0]) > 0.08,
-                   "the second one drives")
-        self.assertEqual(self.heard["robot1/ground_truth"].pose.pose.position.x, places[0][0])
+        self.until(lambda: math.dist(self.place(2), places[1]) > 0.08, "the second one drives")
+        self.assertEqual(self.place(1), places[0])
 
     def test_what_stands_around_is_drawn(self):
         self.until(lambda: {"markers", "world_markers"} <= set(self.heard), "markers")
@@ -108,6 +113,28 @@ class SimulatorFleet(unittest.TestCase):
         self.assertGreater(time.monotonic() - real, 3.0 / 5 - 0.2)
         truth = self.heard["robot1/ground_truth"].header.stamp.to_sec()
         self.assertLess(abs(truth - self.heard["/clock"].clock.to_sec()), 5.0)
+
+    def test_the_clock_stands_while_it_is_paused(self):
+        clocks = []
+        listener = rospy.Subscriber("/clock", Clock, lambda message: clocks.append(message.clock))
+        answer = self.call("pause", SetBool, True)
+        self.assertTrue(answer.success and answer.message.startswith("simulated time stands at "))
+        clocks.clear()      # one of them may have been on its way
+        self.until(lambda: len(clocks) > 20 and len(set(clocks[-20:])) == 1, "a clock that stands")
+        self.assertEqual(self.call("pause", SetBool, False).message, "simulated time passes")
+        self.until(lambda: clocks[-1] > clocks[0], "a clock that goes on")
+        listener.unregister()
+
+    def test_reset_carries_all_back(self):
+        self.until(lambda: set(TOPICS) <= set(self.heard), "every topic")
+        self.assertTrue(self.call("reset", Trigger).success)
+        self.until(lambda: self.place(1) == (0.0, 0.0), "the start of the world")
+        self.lines[0].send("ENABLE", 1)
+        self.lines[0].send("MOVE", -150)
+        self.until(lambda: self.place(1)[0] < -0.1, "driven away")
+        answer = self.call("reset", Trigger)
+        self.assertEqual((answer.success, answer.message), (True, "all robots and cans are where they began"))
+        self.until(lambda: self.place(1) == (0.0, 0.0), "back at the start")
 
     def test_the_stop_button_of_one(self):
         button = rospy.Publisher("robot2/stop_button", Bool, queue_size=1, latch=True)

@@ -2,6 +2,7 @@
 
 The docstring of each subpackage names the file to open first. Code imports only from its own row or a lower row:
 
+``truth``       the true state of the world for other programs, and their orders, at a socket
 ``played``      plays back a recorded robot, or recorded clients
 ``line``        TCP ports and pseudo-terminals for clients, faults, and the server in real time
 ``simulation``  several robots in one world and one simulated time
@@ -9,9 +10,10 @@ The docstring of each subpackage names the file to open first. Code imports only
 ``hardware``    drives, body, sonar, gripper, battery and accessories of one robot, in steps of simulated time
 ``world``       walls, posts and cans; sonar ranges and collisions; world files and maps
 
-``clock`` is the clock of the simulated time. ``node`` is the ROS node, and the only file that uses ROS; ``parameters``
-has its parameters. ``__main__`` is the command line without ROS. ``picture`` draws worlds. ``shoves`` reports the cans
-that robots push. This package does not import the client package: tests would not find a mistake in shared code.
+``clock`` is the clock of the simulated time. ``carrier`` carries robots and cans to other places. ``node`` is the ROS
+node, and the only file that uses ROS; ``parameters`` has its parameters. ``__main__`` is the command line without ROS.
+``picture`` draws worlds. ``shoves`` reports the cans that robots push. This package does not import the client package:
+tests would not find a mistake in shared code.
 """
 
 from .firmware import Firmware, FirmwareState

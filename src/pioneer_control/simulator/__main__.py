@@ -14,9 +14,10 @@ from .hardware import load_numbers
 from .line import Fault, LineRecorder, LineSimulation, Server, fault_of, load_faults
 from .line.faults import KINDS
 from .line.lines import STANDARD_PORT
-from .line.server import SPEEDS
+from .line.pace import SPEEDS
 from .played import PlayedRobot, compare, play_client
 from .simulation import MOST_ROBOTS, Simulation, simulate
+from .truth import TruthService
 from .world import known_worlds, load_world
 
 
@@ -48,8 +49,14 @@ def serve(options: argparse.Namespace) -> int:
     robots: Union[Simulation, PlayedRobot] = simulation_of(options) if options.play is None else played_robot(options)
     server = Server(robots, options.tcp, options.pty, speed=options.speed, seed=options.seed, faults=faults_of(options),
                     record=options.record, say=say)
+    truth: Optional[TruthService] = None
     try:
+        if options.truth is not None and isinstance(robots, Simulation):
+            truth = TruthService(server, robots, options.truth)
         print(*welcome(server, robots), sep="\n")
+        if truth is not None:
+            print("The true state of the world is at %s" % options.truth)
+            truth.start()
         if server.open_to_others:
             print("simulator: every machine that reaches this one can drive it: the protocol knows no password",
                   file=sys.stderr)
@@ -59,6 +66,8 @@ def serve(options: argparse.Namespace) -> int:
             pass
         return 0 if stop.is_set() else 1
     finally:
+        if truth is not None:
+            truth.stop()
         server.stop()
 
 
@@ -177,6 +186,9 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
     "--record": dict(metavar="FILE",
                      help="record all bytes on the lines to this file; python3 -m pioneer_control.p2os --record FILE"
                           " explains them"),
+    "--truth": dict(metavar="PATH",
+                    help="make a Unix domain socket, at which other programs get the true state of the world and give"
+                         " orders; see docs/simulator.md"),
     "--play": dict(metavar="FILE",
                    help="play back the robot in this record, instead of a simulated robot; see docs/wire.md"),
     "--client": dict(metavar="FILE",
@@ -213,7 +225,7 @@ def parser() -> argparse.ArgumentParser:
               for kind in KINDS.values())]),
     )
     played, fitted = result.add_mutually_exclusive_group(), result.add_mutually_exclusive_group()
-    group_of = {"--play": played, "--client": played, "--gripper": fitted, "--no-gripper": fitted}
+    group_of = {"--truth": played, "--play": played, "--client": played, "--gripper": fitted, "--no-gripper": fitted}
     for name, how in OPTIONS.items():
         group_of.get(name, result).add_argument(name, **how)
     return result

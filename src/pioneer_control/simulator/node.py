@@ -16,7 +16,9 @@ tf map -> odom, for each robot: the true pose of the origin of its odometry;
 
 If there are several robots, the topics and frames of each robot have the prefix ``robot1/``, ``robot2/`` and so on.
 
-*Services* ``~add_fault`` (AddFault), ``~list_faults`` and ``~clear_faults`` (std_srvs/Trigger).
+*Services* ``~add_fault`` (AddFault), ``~list_faults`` and ``~clear_faults`` (std_srvs/Trigger); ``~pause``
+(std_srvs/SetBool): simulated time stands, or passes again; ``~reset`` (std_srvs/Trigger): all robots and cans are
+carried back to where they began.
 
 *Parameters*: see `SimulatorParameters`.
 
@@ -36,10 +38,10 @@ from geometry_msgs.msg import (
 from nav_msgs.msg import MapMetaData, OccupancyGrid, Odometry
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool, ColorRGBA, Header, String
-from std_srvs.srv import Trigger, TriggerResponse
+from std_srvs.srv import SetBool, SetBoolResponse, Trigger, TriggerResponse
 from visualization_msgs.msg import Marker, MarkerArray
 
-from ..errors import ParameterError, PioneerError
+from ..errors import PioneerError
 from ..message_values import quaternion_of
 from ..robots import find_model
 from ..ros_node import init_node
@@ -51,6 +53,8 @@ from .line import Server, fault_of, load_faults
 from .parameters import SimulatorParameters, check_parameters
 from .shoves import ShoveWatch
 from .simulation import Simulation, simulate
+from .truth.orders import Orders, Request
+from .truth.state import can_place
 from .world import World, load_world
 from .world.poses import compose
 
@@ -97,6 +101,7 @@ def main() -> int:
             simulation, parameters.tcp, parameters.pty or None, speed=parameters.speed, seed=parameters.seed,
             faults=faults, record=parameters.record or None,
             say=lambda sentence: rospy.logwarn("simulated %s", sentence))
+        orders = Orders(simulation, server.simulation, server.pace)
     except PioneerError as error:
         rospy.logfatal("%s", error)
         return 2 if isinstance(error, ValueError) else 1
@@ -109,7 +114,7 @@ def main() -> int:
         if server.open_to_others:
             rospy.logwarn("every machine that reaches this one can drive the simulated robots: the protocol knows no"
                           " password")
-        return Node(server, simulation, parameters).run()
+        return Node(server, simulation, orders, parameters).run()
 
 
 def simulation_of(parameters: SimulatorParameters) -> Simulation:
@@ -165,16 +170,17 @@ class RobotTruth:
 
 
 class Node:
-    """Publishes the true state of the world and its robots, and offers services for faults.
+    """Publishes the true state of the world and its robots, and offers services for faults, pauses and resets.
 
     Args:
         server: server that runs the robots.
         simulation: the simulated robots and their world.
+        orders: what the services do.
         parameters: parameters of the node.
     """
 
-    def __init__(self, server: Server, simulation: Simulation, parameters: SimulatorParameters):
-        self._server, self._simulation = server, simulation
+    def __init__(self, server: Server, simulation: Simulation, orders: Orders, parameters: SimulatorParameters):
+        self._server, self._simulation, self._orders = server, simulation, orders
         self._lines = server.simulation
         self._shoves = ShoveWatch(simulation.world.cans)
         server.watched = True
@@ -205,6 +211,8 @@ class Node:
         rospy.Service("~add_fault", AddFault, self._add_fault)
         rospy.Service("~list_faults", Trigger, self._list_faults)
         rospy.Service("~clear_faults", Trigger, self._clear_faults)
+        rospy.Service("~pause", SetBool, self._pause)
+        rospy.Service("~reset", Trigger, self._reset)
         rospy.on_shutdown(self._stop.set)
 
     def run(self) -> int:
@@ -235,7 +243,7 @@ class Node:
         for truth in self._truths:
             truth.publish(now)
         with self._server.lock:
-            cans = can_places(self._simulation)
+            cans = [can_place(can) for can in self._simulation.world.cans]
             robots = [(name, robot.true_pose[:2]) for name, robot in zip(self._names, self._simulation.robots)]
             shoves = self._shoves.look(self._lines.time, robots)
         for sentence in shoves:
@@ -249,32 +257,33 @@ class Node:
                 markers = moving_markers(self._simulation, self._frame)
             self._markers.publish(markers)
 
-    # -- faults
+    # -- services
+
+    def _order(self, name: str, **values: Any) -> Tuple[bool, str]:
+        """Give an order, with legal values. Return whether it was obeyed, and a sentence about it."""
+        with self._server.lock:
+            answer = self._orders.answer(Request(None, name, values))
+        self._server.wake()
+        return answer["ok"], answer["text"]
 
     def _add_fault(self, request: Any) -> AddFaultResponse:
-        try:
-            fault = fault_of(request.fault)
-            with self._server.lock:
-                self._lines.faults.add(fault, self._lines.clock.now_us)
-        except ParameterError as error:
-            return AddFaultResponse(False, str(error))
-        begins = "in %g s" % fault.start if fault.start else "now"
-        ends = "until it is cleared" if math.isinf(fault.end) else "for %g s" % (fault.end - fault.start)
-        return AddFaultResponse(True, "%s: %s, %s" % (fault, begins, ends))
+        return AddFaultResponse(*self._order("add_fault", fault=request.fault))
 
     def _list_faults(self, request: Any) -> TriggerResponse:
         with self._server.lock:
             return TriggerResponse(True, "; ".join(self._lines.faults.told(self._lines.clock.now_us)) or "none")
 
     def _clear_faults(self, request: Any) -> TriggerResponse:
-        with self._server.lock:
-            ended = self._lines.faults.clear(self._lines.clock.now_us)
-        return TriggerResponse(True, "%s ended" % ended)
+        return TriggerResponse(*self._order("clear_faults"))
 
+    def _pause(self, request: Any) -> SetBoolResponse:
+        return SetBoolResponse(*self._order("pause" if request.data else "go_on"))
 
-def can_places(simulation: Simulation) -> CanPlaces:
-    """Return x, y and height above the floor (m, map frame) of every can. The height is 0 while no gripper holds it."""
-    return [(can.x, can.y, 0.0 if can.held_by is None else can.held_by.height) for can in simulation.world.cans]
+    def _reset(self, request: Any) -> TriggerResponse:
+        with self._server.lock:     # the cans that are carried back were not pushed
+            done = self._order("reset")
+            self._shoves = ShoveWatch(self._simulation.world.cans)
+        return TriggerResponse(*done)
 
 
 def map_message(world: World, frame: str) -> OccupancyGrid:
@@ -304,7 +313,7 @@ def moving_markers(simulation: Simulation, frame: str) -> MarkerArray:
     markers = [
         marker(frame, "can", number, Marker.CYLINDER, Pose(Point(x, y, z + can.height / 2.0), LEVEL),
                (2.0 * can.radius, 2.0 * can.radius, can.height))
-        for number, (can, (x, y, z)) in enumerate(zip(simulation.world.cans, can_places(simulation)))]
+        for number, (can, (x, y, z)) in enumerate((can, can_place(can)) for can in simulation.world.cans)]
     for number, robot in enumerate(simulation.robots):
         corners = [compose(robot.true_pose, (x, y, 0.0)) for x, y in robot.model.outline(False)]
         markers.append(marker(

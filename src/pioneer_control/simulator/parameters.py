@@ -8,7 +8,7 @@ from typing import Any, Mapping, NamedTuple, Optional, Tuple, Union
 
 from ..errors import ParameterError
 from ..parameters import AutoSwitch, Number, Numbers, Switch, Text, Whole, check, parameter
-from .line.server import SPEEDS
+from .line.pace import SPEEDS
 from .simulation import MOST_ROBOTS
 from .world.poses import Pose
 

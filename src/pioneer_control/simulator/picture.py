@@ -1,4 +1,4 @@
-"""Draws a world as one picture: its walls, posts, cans, starts, docks and goals, and robots in it.
+"""Draws a world as one picture: its walls, posts, cans, starts, docks, goals and places, and robots in it.
 
 ``python3 -m pioneer_control.simulator.picture WORLD`` writes world-WORLD.png. Option ``-o`` names another file, also
 with ending .pdf or .svg. Options ``--model`` and ``--robots`` draw robots at their starts. No display is needed. The
@@ -25,6 +25,7 @@ LEAST_SPAN = 4.0  # m: width of the drawing of an empty world
 WIDEST, HIGHEST, NARROWEST = 8.0, 5.5, 3.2  # inches: limits of the size of the drawing without its margins
 CAN_DOT = 4.5  # points (1/72 inch): least diameter of a can in the drawing
 DPI = 90
+MANY_STARTS = 9  # with more starts, the drawing has no room for the word at each
 CELLS = 900  # cells of the shading along the longer side of the drawing
 
 Outline = Sequence[Point]
@@ -55,6 +56,7 @@ def figure(world: World, robots: Sequence[Standing] = (), title: Optional[str] =
     draw_floor(axes, world, (high - low).max() / CELLS)
     draw_solids(axes, world)
     draw_cans(axes, world)
+    _draw_places(axes, world)
     _draw_goals(axes, world)
     _draw_docks(axes, world)
     if not robots:
@@ -147,9 +149,12 @@ def _label(axes: Any, pose: Pose, text: str, colour: str, points: float = 11.0) 
 
 
 def _draw_starts(axes: Any, world: World) -> None:
+    """Draw the starts as arrows with their numbers. Many arrows are smaller, and the word "start" is left out."""
+    many = len(world.starts) > MANY_STARTS
+    text = "start" if len(world.starts) == 1 else "%s" if many else "start %s"
     for number, pose in enumerate(world.starts, 1):
-        _draw_arrow(axes, pose, _size(axes), START, 6, edgecolor="white", linewidth=0.6)
-        _label(axes, pose, "start %s" % number if len(world.starts) > 1 else "start", START, 15.0)
+        _draw_arrow(axes, pose, _size(axes) * (0.7 if many else 1.0), START, 6, edgecolor="white", linewidth=0.6)
+        _label(axes, pose, text % number if "%" in text else text, START, 13.0 if many else 15.0)
 
 
 def _draw_docks(axes: Any, world: World) -> None:
@@ -161,6 +166,19 @@ def _draw_docks(axes: Any, world: World) -> None:
         axes.plot(*bracket.T, color=DOCK, linewidth=2.0, zorder=5, solid_joinstyle="miter")
         _draw_arrow(axes, pose, 0.7 * size, DOCK, 5, edgecolor="none")
         _label(axes, pose, "dock", DOCK, 23.0)
+
+
+def _draw_places(axes: Any, world: World) -> None:
+    """Draw the border of each place into which cans are brought, with its name."""
+    from matplotlib.patches import Circle, Rectangle
+
+    for place in world.places:
+        middle, half = np.array((place.x, place.y)), np.array(place.size) / 2.0
+        style = dict(facecolor=GOAL, edgecolor=GOAL, alpha=0.25, linewidth=1.2, linestyle="--", zorder=2)
+        axes.add_patch(Circle(middle, half[0], **style) if len(half) == 1
+                       else Rectangle(middle - half, *(2.0 * half), **style))
+        axes.annotate(place.name, middle, ha="center", va="center", fontsize=8, color="#9c4f7c", zorder=3,
+                      annotation_clip=False)
 
 
 def _draw_goals(axes: Any, world: World) -> None:

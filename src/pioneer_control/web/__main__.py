@@ -21,8 +21,6 @@ from ..errors import PioneerError, UsageError
 
 LOOPBACK, EVERYWHERE = ("127.0.0.1", "::1"), ("0.0.0.0", "::")
 PACKAGE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-TELLS_TRUTH = os.path.isdir(os.path.join(PACKAGE, "simulator", "truth"))
-"""Whether the simulator has the option --truth."""
 SIMULATOR_STARTS_WITHIN = 30.0      # s
 ENDS_WITHIN = 3.0                   # s
 SHARED = """\
@@ -76,7 +74,7 @@ def serve(options: argparse.Namespace, ending: "Signals") -> None:
         simulated = not options.robots
         # The simulator starts while this program imports the rest.
         truth = options.truth
-        if simulated and TELLS_TRUTH:
+        if simulated:
             truth = os.path.join(stack.enter_context(tempfile.TemporaryDirectory(prefix="pioneer-")), "truth")
         simulator = stack.enter_context(simulator_process(truth)) if simulated else None
         from .owner import Owner, Told, listen      # late, see above

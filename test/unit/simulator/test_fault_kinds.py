@@ -54,6 +54,7 @@ def test_the_words_of_a_fault_are_read_back():
     ("transducer 32", "value 32 is not legal"),
     ("transducer 1.5", "value 1.5 is not legal"),
     ({"fault": "loss", "value": True}, "value True is not legal"),
+    ("gyro 1" + 400 * "0", "value 10000"),      # too large for a float
     ({}, "write a kind"),
     ([1], "write a kind"),
     (None, "write a kind"),

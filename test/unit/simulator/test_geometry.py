@@ -6,7 +6,7 @@ import random
 import numpy as np
 import pytest
 
-from pioneer_control.simulator.world.geometry import Solids, outlines_meet
+from pioneer_control.simulator.world.geometry import Solids, is_inside, outlines_meet
 
 SQUARE = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
 
@@ -61,3 +61,11 @@ def test_polygons_meet(x, y, size, meet):
 def test_polygons_that_only_point_at_each_other_do_not_meet():
     assert outlines_meet(SQUARE, [(1.1, 0.0), (2.0, -0.5), (2.0, 0.5)]) is False
     assert outlines_meet(SQUARE, [(0.9, 0.0), (2.0, -0.5), (2.0, 0.5)]) is True
+
+
+@pytest.mark.parametrize("point, inside", [
+    ((0.0, 0.0), True), ((0.99, -0.99), True), ((1.01, 0.0), False), ((-3.0, 0.5), False), ((0.0, 9.0), False)])
+def test_a_point_inside_a_polygon(point, inside):
+    assert is_inside(*point, SQUARE) is inside
+    assert is_inside(*point, SQUARE[::-1]) is inside
+    assert not is_inside(*point, [point] * 4), "a polygon without size has no inside"

@@ -23,6 +23,11 @@ def test_all_that_a_world_has_is_named():
     assert "start" in words(figure(load_world("empty")))
 
 
+def test_many_starts_have_only_their_numbers():
+    told = words(figure(load_world("classroom")))
+    assert {"1", "30", "ring", "depot", "west corner"} <= set(told) and not [text for text in told if "start" in text]
+
+
 def test_walls_lie_where_they_are():
     world = load_world("maze")
     (walls,) = figure(world).axes[0].collections

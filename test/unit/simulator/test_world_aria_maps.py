@@ -173,3 +173,12 @@ def test_wrong_files_are_told_the_line_and_what_is_legal(tmp_path, text, message
     with pytest.raises(WorldError, match=message) as raised:
         load_world(path)
     assert str(path) in str(raised.value) and "\n" not in str(raised.value)
+
+
+def test_boxes_are_known_as_such_and_reflectors_are_not(tmp_path):
+    path = tmp_path / "crates.map"
+    reflector = 'Cairn: Reflector 0 0 0 "" ICON "" 0 0 1000 0\n'
+    path.write_text("2D-Map\n" + BOX + "1000 1000 2000 3000\n" + BOX + "0 0 0 500\n" + reflector)
+    world = load_world(path)
+    assert world.boxes == [((1.0, 1.0), (2.0, 1.0), (2.0, 3.0), (1.0, 3.0))] and len(world.walls) == 4 + 2 + 1
+    assert world.with_start((0.0, 0.0, 0.0)).boxes == world.boxes

@@ -11,6 +11,7 @@ from robot_on_bench import heard
 from pioneer_control.errors import WorldError
 from pioneer_control.robots import find_model, load_table
 from pioneer_control.simulator.world import World, known_worlds, load_world
+from pioneer_control.simulator.world.world import MarkedPlace
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "bench"))
 
@@ -37,6 +38,9 @@ docks:
 goals:
   - {name: window, position_m: [2, 2.5], heading_deg: 90}
   - {name: door, position_m: [2.5, 0], heading_deg: 0}
+places:
+  - {name: depot, centre_m: [2, 1], size_m: [1, 0.5]}
+  - {name: hole, centre_m: [3, 2], diameter_m: 0.4}
 """
 
 
@@ -58,6 +62,8 @@ def test_every_section_and_key(tmp_path):
     assert world.walls[:5].tolist() == [[0, 0, 4, 0], [4, 0, 4, 3], [0, 0, 1, 0], [1, 0, 1, 1], [1, 1, 0, 0]]
     assert world.walls[5:9].tolist() == [[1, .5, 3, .5], [3, .5, 3, 1.5], [3, 1.5, 1, 1.5], [1, 1.5, 1, .5]]
     diagonal = math.sqrt(2.0)
+    assert [len(box) for box in world.boxes] == [4, 4]
+    assert world.boxes[0] == ((1, .5), (3, .5), (3, 1.5), (1, 1.5))
     assert world.walls[9] == pytest.approx([0.0, -diagonal, diagonal, 0.0], abs=1e-12)
     assert world.posts.tolist() == [[3.0, 2.5, 0.025]]
     assert [(can.x, can.y, can.radius, can.height, can.held_by) for can in world.cans] == [
@@ -65,6 +71,8 @@ def test_every_section_and_key(tmp_path):
     assert world.starts == [(1.0, 2.0, math.pi / 2), (3.0, 1.0, -math.pi)]
     assert world.docks == [(0.5, 2.5, math.pi)]
     assert world.goals == {"window": (2.0, 2.5, math.pi / 2), "door": (2.5, 0.0, 0.0)}
+    assert world.places == [MarkedPlace("depot", 2.0, 1.0, (1.0, 0.5)), MarkedPlace("hole", 3.0, 2.0, (0.4,))]
+    assert world.with_start((0.0, 0.0, 0.0)).places == world.places
     assert world.skipped == ()
     assert world.bounds == pytest.approx((-diagonal, -diagonal, 4.0, 3.0))
 
@@ -129,6 +137,13 @@ START = "starts: [{position_m: [0, 0], heading_deg: 0}]\n"
      "line 3: name is 5; it must be a text, not empty"),
     (START + "goals:\n" + 2 * "  - {name: a, position_m: [0, 0], heading_deg: 0}\n",
      "line 4: there are two goals named 'a'; names must differ"),
+    (START + "places:\n  - {name: a, centre_m: [0, 0]}\n",
+     "line 3: a place needs either size_m, of a rectangle, or diameter_m, of a disc"),
+    (START + "places:\n  - {name: a, centre_m: [0, 0], size_m: [1, 1], diameter_m: 1}\n",
+     "line 3: a place needs either size_m, of a rectangle, or diameter_m, of a disc"),
+    (START + "places:\n  - {centre_m: [0, 0], diameter_m: 1}\n", "line 3: a place needs name"),
+    (START + "places:\n" + 2 * "  - {name: a, centre_m: [0, 0], diameter_m: 1}\n",
+     "line 4: there are two places named 'a'; names must differ"),
     (START + "cans:\n  - {centre_m: [0, 0], height_m: 0.2}\n",
      "line 3: a can must be lower than the sonar, 0.17 m, not 0.2"),
 ])
@@ -145,7 +160,7 @@ def test_numbers_in_all_plain_forms(tmp_path):
 
 
 def test_unknown_name_lists_the_known_ones():
-    names = "cans, clutter, corridor, empty, maze, office, table, tutorial"
+    names = "cans, classroom, clutter, corridor, empty, maze, office, table, tutorial"
     with pytest.raises(WorldError, match=r"no world named 'tutoral'; did you mean 'tutorial'\?.*%s" % names):
         load_world("tutoral")
     with pytest.raises(WorldError, match="no world named 'xyzzy'; known: cans"):
@@ -178,7 +193,8 @@ def test_picture_instead_of_its_map(tmp_path, monkeypatch):
 
 
 def test_the_gallery_is_complete():
-    assert known_worlds() == ["cans", "clutter", "corridor", "empty", "maze", "office", "table", "tutorial"]
+    assert known_worlds() == [
+        "cans", "classroom", "clutter", "corridor", "empty", "maze", "office", "table", "tutorial"]
 
 
 @pytest.mark.parametrize("name", known_worlds())

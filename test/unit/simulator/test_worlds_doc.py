@@ -4,10 +4,13 @@ import dataclasses
 import pathlib
 import re
 
+import pytest
 import yaml
 
+from pioneer_control.errors import ParameterError
+from pioneer_control.robots import find_model
 from pioneer_control.simulator.world.aria_map import OBJECTS
-from pioneer_control.simulator.world import known_worlds, load_world
+from pioneer_control.simulator.world import known_worlds, load_world, standing_places
 from pioneer_control.simulator.hardware.robot_numbers import LEGAL, load_numbers, standard_numbers
 
 DOCS = pathlib.Path(__file__).resolve().parents[3] / "docs"
@@ -18,7 +21,7 @@ EXAMPLES = re.findall(r"```yaml\n(.*?)```", TEXT, re.DOTALL)
 def test_every_world_of_the_gallery_is_shown():
     shown = re.findall(r"`(\w+)` !\[(\w+)\]\(images/world-(\w+)\.png\)", TEXT)
     assert sorted(shown) == [(name, name, name) for name in known_worlds()]
-    assert all((DOCS / ("images/world-%s.png" % name)).stat().st_size < 60000 for name in known_worlds())
+    assert all((DOCS / ("images/world-%s.png" % name)).stat().st_size < 70000 for name in known_worlds())
 
 
 def test_the_example_of_a_world_loads(tmp_path):
@@ -26,7 +29,7 @@ def test_the_example_of_a_world_loads(tmp_path):
     path.write_text(EXAMPLES[0], encoding="utf-8")
     world = load_world(path)
     assert (len(world.walls), len(world.posts), len(world.cans), len(world.docks)) == (8, 1, 2, 1)
-    assert list(world.goals) == ["window"]
+    assert list(world.goals) == ["window"] and [place.name for place in world.places] == ["depot", "hole"]
 
 
 def test_the_example_of_numbers_loads(tmp_path):
@@ -51,3 +54,14 @@ def test_the_table_of_objects_names_every_kind_that_is_read():
     table = " ".join(re.findall(r"^\| (`.*?) \|", TEXT, re.MULTILINE))
     kinds = [kind for pattern, _ in OBJECTS for kind in pattern.replace("\\w*", "").replace("\\", "").split("|")]
     assert kinds and all("`%s`" % kind in table for kind in kinds)
+
+
+def test_the_numbers_of_robots_that_worlds_hold():
+    sentence = re.search(r"how many it holds:\n(.*)\.", TEXT).group(1)
+    told = dict(re.findall(r"`(\w+)` (\d+)", sentence))
+    assert len(told) == 3
+    for name, most in told.items():
+        model = find_model("p3dx-sh")
+        assert len(standing_places(load_world(name), model, int(most))) == int(most)
+        with pytest.raises(ParameterError, match="has room for %s " % most):
+            standing_places(load_world(name), model, int(most) + 1)

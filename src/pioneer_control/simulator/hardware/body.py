@@ -44,13 +44,14 @@ class Body:
         reach: largest distance (m) from the middle of the body to any of its points.
         box: rectangle with which the body pushes cans (m, base_link).
         contacts: how many times the body has run into an obstacle.
+        driven: distance (m) that the body has driven, forward and backward, without what it was carried.
         blocked: whether an obstacle prevented the last step.
     """
 
     def __init__(self, world: World, outline: Sequence[Point], pose: Pose, hull: Optional[Sequence[Point]] = None):
         self._world = world
         self.place(pose)
-        self.contacts = 0
+        self.begin_count()
         self._heading = Heading()
         self._outline, self._hull = tuple(outline), tuple(hull or outline)
         xs, ys = zip(*self._hull)
@@ -64,11 +65,20 @@ class Body:
         self._candidates: List[Candidate] = []
 
     def place(self, pose: Pose) -> None:
-        """Put the body at `pose` (m, rad; map frame), as if a person carried it there."""
+        """Put the body at `pose` (m, rad; map frame), whatever stands there."""
         self.pose = (float(pose[0]), float(pose[1]), float(pose[2]))
         self._free = 0.0
         self.blocked = False
         self._world.crowd.moved(self)
+
+    def begin_count(self) -> None:
+        """Begin to count contacts and the driven distance from zero."""
+        self.contacts, self.driven = 0, 0.0
+
+    def carry(self, pose: Pose) -> None:
+        """Put the body at `pose` (m, rad; map frame). What it meets there next counts as a new contact."""
+        self.place(pose)
+        self._contact_at = None
 
     def move(self, distance: float, turn: float) -> bool:
         """Drive an arc, unless the body would touch a wall, a post or another robot at its end.
@@ -90,7 +100,7 @@ class Body:
         elif not self._is_free(pose):
             return self._stopped()
         for body in self._world.crowd.near(pose[0], pose[1], self.reach, self):
-            if body is not self and self._would_meet(body, pose):
+            if body is not self and self.would_meet(body, pose):
                 return self._stopped()
         self.pose = pose
         self.blocked = False
@@ -100,7 +110,7 @@ class Body:
             self._world.crowd.moved(self)
         return True
 
-    def _would_meet(self, other: Obstacle, pose: Pose) -> bool:
+    def would_meet(self, other: Obstacle, pose: Pose) -> bool:
         """Return whether this body would touch the `other` body if it stood at `pose` (map frame)."""
         x, y, together = pose[0] - other.pose[0], pose[1] - other.pose[1], self.reach + other.reach
         return x * x + y * y < together * together and outlines_meet(placed(self._outline, pose), other.outline)

@@ -114,7 +114,7 @@ class ParallelGripper:
     def open(self) -> None:
         """Start to open the paddles fully, and release the held cans. A stuck gripper does not release them."""
         if not self.stuck:
-            self._release()
+            self.release()
         self.paddles_jammed = False
         self.paddle_motion = 1 if self.opening < self.shape.opening else 0
 
@@ -126,6 +126,13 @@ class ParallelGripper:
     def stop(self) -> None:
         """Stop the paddles, and end the contacts with cans that they do not hold."""
         self.paddle_motion = 0
+        self._felt = False, False
+
+    def release(self) -> None:
+        """Release the held cans where they are, as if a person took them out of the paddles."""
+        for can in self.held:
+            can.held_by = None
+        self._held = []
         self._felt = False, False
 
     def halt(self) -> None:
@@ -222,7 +229,7 @@ class ParallelGripper:
             return
         self._stuck_for = 0.0
         if self._held and self.paddle_motion > 0:
-            self._release()
+            self.release()
         if self.paddle_motion < 0 and self.is_closed:
             self._pressing_s -= dt
             if self._pressing_s <= 1e-9:
@@ -252,9 +259,13 @@ class ParallelGripper:
         """
         if not self._world.cans:
             return True
+        self.carry(pose)
+        return make_way(self._world, pose, self.blocks_for, self.held if self.is_low else (), self._reach)
+
+    def carry(self, pose: Pose) -> None:
+        """Carry the held cans along with a robot that moves to `pose` (map frame)."""
         for can, x, y in self._held:
             can.x, can.y, _ = compose(pose, (self._palm + x, y, 0.0))
-        return make_way(self._world, pose, self.blocks_for, self.held if self.is_low else (), self._reach)
 
     def _see(self, can: Can, pose: Pose) -> Seen:
         x, y, _ = relative(pose, (can.x, can.y, 0.0))
@@ -286,12 +297,6 @@ class ParallelGripper:
         elif jammed:
             self.stop()
         self._pressing_s = self.grasp_time
-
-    def _release(self) -> None:
-        for can in self.held:
-            can.held_by = None
-        self._held = []
-        self._felt = False, False
 
     def _open_further(self, dt: float, pose: Pose) -> None:
         before = self.opening

@@ -102,6 +102,19 @@ class Hardware:
         """Make the present pose the origin of the odometry."""
         self.odometry = DeadReckoning(self.body.pose)
 
+    def carry(self, pose: Pose) -> None:
+        """Put the robot at `pose` (m, rad; map frame), as if a person carried it there. Held cans come along.
+
+        It stands there, and all set points are dropped. The pose of its odometry stays as it is.
+        """
+        self.body.carry(pose)
+        self.odometry.carry(pose)
+        self.drives.emergency_stop()
+        self.drives.restart()
+        self.stall.clear()
+        if self.gripper is not None:
+            self.gripper.carry(pose)
+
     @property
     def heading_goal(self) -> float:
         """The heading (rad, odometry frame) to which the robot turns. Its present heading while it has no such goal."""
@@ -177,6 +190,7 @@ class Hardware:
             return False
         pusher = self.gripper or self.body
         if pusher.make_way(self.body.pose):
+            self.body.driven += abs(distance)
             return True
         self.body.place(before)
         pusher.make_way(before)

@@ -11,7 +11,7 @@ import random
 from typing import Tuple
 
 from ...robots import RobotModel
-from ..world.poses import Heading, Pose, along_arc
+from ..world.poses import Heading, Pose, along_arc, compose, relative
 from .robot_numbers import WheelNumbers
 
 REV_COUNT = 16570
@@ -133,7 +133,7 @@ class DeadReckoning:
         origin: pose of the robot at the start of the odometry (m, rad; map frame).
 
     Attributes:
-        origin: as the argument.
+        origin: the argument, until the robot is carried.
         pose: x, y (m) and heading (rad, not wrapped) in the odometry frame, at first 0, 0, 0.
     """
 
@@ -141,6 +141,13 @@ class DeadReckoning:
         self.origin = origin
         self.pose: Pose = (0.0, 0.0, 0.0)
         self._heading = Heading()
+
+    def carry(self, pose: Pose) -> None:
+        """Move the origin, because the robot was carried to `pose` (m, rad; map frame) and its wheels have not turned.
+
+        The odometry is then exact there: its error so far is left out.
+        """
+        self.origin = compose(pose, relative(self.pose, (0.0, 0.0, 0.0)))
 
     def add(self, distance: float, turn: float) -> None:
         """Add one step along an arc: a distance (m) and a turn (rad, counter-clockwise positive)."""

@@ -6,6 +6,7 @@ time.
 ``one_way``        one direction of a line: how long bytes take, and which bytes are lost or damaged
 ``uart``           the bytes that a serial port receives when the sender has another baud rate
 ``server``         runs robots and lines in real time; ``lines``: its TCP ports and pseudo-terminals
+``pace``           how simulated time follows real time
 ``line_recorder``  records to a file all bytes that are sent over the lines
 """
 

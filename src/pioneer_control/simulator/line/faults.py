@@ -107,6 +107,13 @@ class Fault(NamedTuple):
         words = [self.kind] + ([] if self.value is None else ["%g" % self.value])
         return " ".join(words + ["way %s" % self.way] * bool(self.way) + ["robot %s" % self.robot] * bool(self.robot))
 
+    @property
+    def announcement(self) -> str:
+        """The fault as text with its times, counted from the time at which it is added."""
+        begins = "in %g s" % self.start if self.start else "now"
+        ends = "until it is cleared" if math.isinf(self.end) else "for %g s" % (self.end - self.start)
+        return "%s: %s, %s" % (self, begins, ends)
+
 
 def fault_of(words: Union[str, Mapping[str, Any]]) -> Fault:
     """Parse a fault that is written as text or as a mapping.

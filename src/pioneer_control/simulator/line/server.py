@@ -7,8 +7,10 @@ socket://127.0.0.1:41873
 Only this file and `lines` use sockets, terminals and real time.
 """
 
+import contextlib
 import functools
 import selectors
+import socket
 import threading
 import time
 from dataclasses import dataclass, field
@@ -20,14 +22,10 @@ from ..firmware import Firmware, FirmwareState, RobotOnLine
 from .faults import Fault
 from .line_recorder import LineRecorder
 from .line_simulation import Arrival, LineSimulation
-from .lines import STANDARD_PORT, PtyLine, ServedLine, TcpLine, host_and_port
+from .lines import CHUNK, STANDARD_PORT, PtyLine, ServedLine, TcpLine, host_and_port
+from .pace import Pace
 from .robot_link import RobotsInTime
 
-LONGEST_LAG = 0.25
-"""Longest simulated time (s) for which the simulation catches up after a delay of this process.
-
-If the delay is longer, the rest of it is left out of the simulated time.
-"""
 PATIENCE = 2.0
 """Real time (s) without bytes from the present client after which a client on the robot's other line may take over."""
 LONGEST_BACKLOG = 0.5
@@ -35,8 +33,6 @@ LONGEST_BACKLOG = 0.5
 
 Then further bytes of the client wait in the terminal, like in the buffer of a real serial port.
 """
-SPEEDS = (0.01, 100.0)
-"""Legal real-time factors."""
 
 
 @dataclass(eq=False)
@@ -82,7 +78,7 @@ class Server:
             have the next ports. If neither `tcp` nor `pty` is given, `STANDARD_PORT`.
         pty: path of the link to the robot's pseudo-terminal. If there are several robots, the number of the robot (from
             1) is appended.
-        speed: simulated seconds per real second.
+        speed: simulated seconds per real second, at first.
         seed: seed of the random errors of the lines.
         faults: faults of robots and lines, with times in simulated seconds from the start.
         record: path of a file to which all bytes on the lines are recorded. None for no recording.
@@ -98,12 +94,12 @@ class Server:
         seed: int = 0, faults: Sequence[Fault] = (), record: Optional[str] = None,
         say: Callable[[str], None] = lambda sentence: None,
     ):
-        if not SPEEDS[0] <= speed <= SPEEDS[1]:
-            raise ParameterError("speed %r is not legal: give a number from %g to %g" % (speed, *SPEEDS))
+        pace = Pace(speed, robots.clock.now_us)
         if tcp is None and pty is None:
             tcp = STANDARD_PORT
         self.lock = threading.RLock()
-        self.speed = speed
+        self.pace = pace
+        """The speed of the simulated time, and whether it is paused. Change it under `lock`, then call `wake`."""
         self.watched = False
         """Whether other code reads the state of the robots while the server runs.
 
@@ -118,6 +114,7 @@ class Server:
         self._watched: Dict[ServedLine, Set[Any]] = {}      # the files of each line that the selector watches
         self._paused: Dict[ServedLine, Berth] = {}          # lines that are not read while they are busy
         self._stopping = threading.Event()
+        self._wakers = socket.socketpair()      # a byte into the first one ends the thread's wait at the second one
         self._thread = threading.Thread(target=self._run, name="simulated robots", daemon=True)
         try:
             self._open_berths(tcp, pty)
@@ -125,6 +122,9 @@ class Server:
         except (LinkError, ParameterError):
             self._close()
             raise
+        for waker in self._wakers:
+            waker.setblocking(False)
+        self._selector.register(self._wakers[1], selectors.EVENT_READ)
         for berth, link in zip(self.berths, self.simulation.links):
             link.on_cable = functools.partial(self._plug, berth)
             for line in berth.lines:
@@ -161,6 +161,7 @@ class Server:
         """Stop the thread that runs the robots, and close their lines. Wait at most `timeout` seconds for its end."""
         self._stopping.set()
         if self._thread.is_alive():
+            self.wake()
             self._thread.join(timeout)
         else:
             self._close()
@@ -169,6 +170,11 @@ class Server:
     def running(self) -> bool:
         """Whether the thread that runs the robots is alive."""
         return self._thread.is_alive()
+
+    def wake(self) -> None:
+        """Let the thread that runs the robots look at once at what other code has changed: pace, faults or robots."""
+        with contextlib.suppress(OSError):      # it has a byte already, or the server is closed
+            self._wakers[0].send(b"!")
 
     def __enter__(self) -> "Server":
         return self.start()
@@ -197,30 +203,23 @@ class Server:
     # -- its thread
 
     def _run(self) -> None:
-        last = time.monotonic()
-        target_us = float(self.simulation.clock.now_us)
+        self.pace.due_us(time.monotonic())
         try:
             while not self._stopping.is_set():
                 until_us = self.simulation.next_us if self.watched else self.simulation.news_us
-                ready = self._wait(max(0.0, (until_us - target_us) * 1e-6 / self.speed))
+                ready = self._selector.select(self.pace.rest(until_us))
                 with self.lock:
                     now = time.monotonic()
-                    target_us += min((now - last) * self.speed, LONGEST_LAG) * 1e6
-                    last = now
-                    self._deliver(self.simulation.run_to(int(target_us)))
+                    self._deliver(self.simulation.run_to(self.pace.due_us(now)))
                     for key, _ in ready:
-                        berth, line = key.data
-                        self._serve(berth, line, now)
+                        if key.fileobj is self._wakers[1]:
+                            self._wakers[1].recv(CHUNK)
+                        else:
+                            berth, line = key.data
+                            self._serve(berth, line, now)
                     self._resume()
         finally:
             self._close()
-
-    def _wait(self, timeout: float) -> List[Any]:
-        """Wait until a line has work to do, `timeout` s at most. Return the lines as the selector does."""
-        if self._selector.get_map():
-            return self._selector.select(timeout)
-        self._stopping.wait(timeout)    # all cables are unplugged, and Windows cannot wait for no files
-        return []
 
     def _serve(self, berth: Berth, line: ServedLine, now: float) -> None:
         """Read the bytes that are ready on a line, and let its robot answer. `now` is the real time (s)."""
@@ -287,4 +286,6 @@ class Server:
         for line in self._lines:
             line.close()
         self._selector.close()
+        for waker in self._wakers:
+            waker.close()
         self._recording.close()

@@ -58,7 +58,8 @@ class AriaMap:
         self._line = 1      # number of the line that is being read
         self._resolution = 0.1
         self._walls: List[Wall] = []
-        self._boxes: List[Wall] = []
+        self._solids: List[Wall] = []       # of boxes and reflectors
+        self._boxes: List[List[Point]] = []
         self._points: List[Point] = []
         self._starts: List[Pose] = []
         self._docks: List[Pose] = []
@@ -84,11 +85,12 @@ class AriaMap:
                    for kind, at in self._skipped.items()]
         if self._points and self._walls:
             skipped.append("%s points: lines alone make the walls" % len(self._points))
-        walls = (self._walls or self._walls_of_points()) + self._boxes
+        walls = (self._walls or self._walls_of_points()) + self._solids
         if not self._starts:
             self._starts = [self._find_start(walls)]
             skipped.append("no RobotHome in the map: %s" % begin_at(self._starts[0]))
-        return World(self._path.stem, walls, starts=self._starts, docks=self._docks, goals=self._goals, skipped=skipped)
+        return World(self._path.stem, walls, starts=self._starts, docks=self._docks, goals=self._goals, skipped=skipped,
+                     boxes=self._boxes)
 
     def fail(self, message: str) -> NoReturn:
         """Raise a WorldError that names the file and the line that is being read."""
@@ -158,12 +160,15 @@ class AriaMap:
 
     def _box(self, pose: Pose, name: str, rest: str) -> None:
         x1, y1, x2, y2 = self._extent(rest, "Sim.BoxObstacle")
-        self._boxes += closed(placed(((x1, y1), (x2, y1), (x2, y2), (x1, y2)), (0.0, 0.0, pose[2])))
+        corners = placed(((x1, y1), (x2, y1), (x2, y2), (x1, y2)), (0.0, 0.0, pose[2]))
+        self._solids += closed(corners)
+        if x1 != x2 and y1 != y2:
+            self._boxes.append(corners)
 
     def _reflector(self, pose: Pose, name: str, rest: str) -> None:
         x1, y1, x2, y2 = self._extent(rest, "Reflector")
         start, end = placed(((x1, y1), (x2, y2)), (0.0, 0.0, pose[2]))
-        self._boxes.append(start + end)
+        self._solids.append(start + end)
 
     def _extent(self, rest: str, kind: str) -> List[float]:
         x1, y1, x2, y2 = self.numbers(rest, 4, "x1 y1 x2 y2 (mm) at the end of a %s" % kind)

@@ -146,6 +146,11 @@ def outlines_meet(first: Sequence[Point], second: Sequence[Point]) -> bool:
             or any(_crosses(second, *edge) for edge in edges(first)))
 
 
+def is_inside(x: float, y: float, outline: Sequence[Point]) -> bool:
+    """Return whether the point (x, y) is inside a polygon."""
+    return _crosses_axis([(corner_x - x, corner_y - y) for corner_x, corner_y in outline], 0.0)
+
+
 def _crosses(outline: Sequence[Point], start_x: float, start_y: float, ux: float, uy: float, length: float) -> bool:
     """Return whether any point of a segment (start, unit vector, length) is inside a polygon."""
     return _crosses_axis([((x - start_x) * ux + (y - start_y) * uy, (y - start_y) * ux - (x - start_x) * uy)

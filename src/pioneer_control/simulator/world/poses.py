@@ -114,8 +114,8 @@ def closed(corners: Sequence[Point]) -> List[Wall]:
     return [first + second for first, second in zip(corners, corners[1:] + corners[:1]) if first != second]
 
 
-def box_walls(centre: Point, size: Point, angle: float) -> List[Wall]:
-    """Return the four walls of a box.
+def box_corners(centre: Point, size: Point, angle: float) -> List[Point]:
+    """Return the four corners of a box.
 
     Args:
         centre: middle of the box (m).
@@ -123,4 +123,9 @@ def box_walls(centre: Point, size: Point, angle: float) -> List[Wall]:
         angle: rotation of the box (rad, counter-clockwise positive).
     """
     ahead, aside = size[0] / 2.0, size[1] / 2.0
-    return closed(placed(((-ahead, -aside), (ahead, -aside), (ahead, aside), (-ahead, aside)), (*centre, angle)))
+    return placed(((-ahead, -aside), (ahead, -aside), (ahead, aside), (-ahead, aside)), (*centre, angle))
+
+
+def box_walls(centre: Point, size: Point, angle: float) -> List[Wall]:
+    """Return the four walls of a box. For the arguments see `box_corners`."""
+    return closed(box_corners(centre, size, angle))

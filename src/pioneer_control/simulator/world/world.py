@@ -8,7 +8,7 @@ import functools
 import math
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import List, Mapping, Optional, Protocol, Sequence, Tuple
+from typing import List, Mapping, NamedTuple, Optional, Protocol, Sequence, Tuple
 
 import numpy as np
 
@@ -62,6 +62,25 @@ class Can:
     held_by: Optional[Holder] = None
 
 
+class MarkedPlace(NamedTuple):
+    """A place on the floor with a name, into which cans are brought: a rectangle or a disc. Robots cannot sense it.
+
+    `x` and `y` are its middle (m, map frame). `size` has the sides of the rectangle along x and y, or the diameter of
+    the disc alone (m).
+    """
+
+    name: str
+    x: float
+    y: float
+    size: Tuple[float, ...]
+
+    def contains(self, x: float, y: float) -> bool:
+        """Return whether a point (m, map frame) is in this place, or on its border."""
+        if len(self.size) == 1:
+            return hypot(x - self.x, y - self.y) <= self.size[0] / 2.0
+        return abs(x - self.x) <= self.size[0] / 2.0 and abs(y - self.y) <= self.size[1] / 2.0
+
+
 def begin_at(start: Pose) -> str:
     """Return a text with x and y (m, map frame) of a start. It is reported to users of a map file that has no start."""
     return "robots begin at x %.2f, y %.2f" % start[:2]
@@ -79,6 +98,8 @@ class World:
         docks: poses ``(x, y, heading)`` of a robot while it charges; see `battery.stands_in`.
         goals: poses ``(x, y, heading)`` by name. The simulator does not use them.
         skipped: one sentence for each entry of the world's file that is not part of this world.
+        boxes: corners of each filled obstacle, for those who draw it. Its walls are among `walls`.
+        places: places with names, into which cans are brought. The simulator only tells which cans stand there.
 
     Raises:
         WorldError: a number is not finite, a wall has no length, a post or can has no size, or there is no start.
@@ -94,6 +115,8 @@ class World:
         docks: Sequence[Pose] = (),
         goals: Mapping[str, Pose] = MappingProxyType({}),
         skipped: Sequence[str] = (),
+        boxes: Sequence[Sequence[Point]] = (),
+        places: Sequence[MarkedPlace] = (),
     ):
         self.name = name
         self.walls = _table(name, "wall", walls, 4)
@@ -103,6 +126,8 @@ class World:
         self.docks = _poses(name, "dock", docks)
         self.goals = dict(zip(goals, _poses(name, "goal", list(goals.values()))))
         self.skipped = tuple(skipped)
+        self.boxes = [tuple(corners) for corners in boxes]
+        self.places = list(places)
         if not self.starts:
             raise WorldError("world %s: no start; a robot has to stand somewhere" % name)
         for number, (x1, y1, x2, y2) in enumerate(self.walls.tolist(), 1):
@@ -122,11 +147,12 @@ class World:
         """
         self.crowd = Crowd()
         """The bodies of the robots of one `Simulation`, which are obstacles to each other."""
-        places = [(x, y) for x, y, _ in (*self.starts, *self.docks, *self.goals.values())]
-        corners = np.vstack((self.solids.corners(), places + [(can.x, can.y) for can in self.cans]))
+        points = [(x, y) for x, y, _ in (*self.starts, *self.docks, *self.goals.values())]
+        points += [(place.x, place.y) for place in self.places] + [(can.x, can.y) for can in self.cans]
+        corners = np.vstack((self.solids.corners(), points))
         (low_x, low_y), (high_x, high_y) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
         self.bounds: Tuple[float, float, float, float] = (low_x, low_y, high_x, high_y)
-        """Smallest x and y, then largest x and y (m, map frame) of all walls, posts, cans, starts, docks and goals."""
+        """Smallest x and y, then largest x and y (m, map frame) of all that is in the world."""
 
     def with_start(self, start: Pose) -> "World":
         """Return a copy of this world with `start` (m, rad; map frame) before its other starts.
@@ -135,7 +161,7 @@ class World:
         """
         return World(
             self.name, self.walls.tolist(), self.posts.tolist(), self.cans, [start, *self.starts], self.docks,
-            self.goals, self.skipped)
+            self.goals, self.skipped, self.boxes, self.places)
 
     def touches(self, outline_xy: Sequence[Point]) -> bool:
         """Return whether a body overlaps any wall or post, or has one inside its outline. Cans are ignored.

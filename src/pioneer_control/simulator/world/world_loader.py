@@ -12,9 +12,9 @@ import yaml
 from ...errors import WorldError
 from ...parameters import Number, Numbers, Switch, Text, nearest
 from .aria_map import FIRST_LINE, AriaMap
-from .poses import Pose, Wall, box_walls
+from .poses import Point, Pose, Wall, box_corners, closed
 from .ros_map import MapReader
-from .world import SONAR_PLANE, Can, World, begin_at
+from .world import SONAR_PLANE, Can, MarkedPlace, World, begin_at
 from .yaml_nodes import LENGTH, NodeReader, compose
 
 GALLERY = Path(__file__).parents[1] / "worlds"
@@ -60,6 +60,9 @@ def load_world(name_or_path: Union[str, Path]) -> World:
           - {position_m: [0.4, 1], heading_deg: 180}
         goals:                                # places by name
           - {name: window, position_m: [7, 5], heading_deg: 90}
+        places:                               # areas by name, into which cans are brought: rectangles and discs
+          - {name: depot, centre_m: [6, 1], size_m: [1.5, 1]}
+          - {name: hole, centre_m: [1, 4], diameter_m: 0.5}
 
     `World.skipped` lists the entries of a map of another kind that are not part of its world.
 
@@ -131,18 +134,21 @@ class _WorldReader(NodeReader):
             raise WorldError("world file %s is empty; it needs at least 'starts'" % self.path)
         sections = self.mapping(root, "a world", needs={"starts": self.starts}, may={
             "description": Text(), "map": self.map, "walls": self.walls, "boxes": self.boxes, "posts": self.posts,
-            "cans": self.cans, "docks": self.docks, "goals": self.goals,
+            "cans": self.cans, "docks": self.docks, "goals": self.goals, "places": self.places,
         })
         below = sections.get("map") or World("nothing")
+        boxes = sections.get("boxes", [])
         return World(
             name=self.path.stem,
-            walls=below.walls.tolist() + sections.get("walls", []) + sections.get("boxes", []),
+            walls=below.walls.tolist() + sections.get("walls", []) + [wall for box in boxes for wall in closed(box)],
             posts=sections.get("posts", []),
             cans=sections.get("cans", []),
             starts=sections["starts"],
             docks=below.docks + sections.get("docks", []),
             goals={**below.goals, **sections.get("goals", {})},
             skipped=[sentence for sentence in below.skipped if not sentence.endswith(begin_at(below.starts[0]))],
+            boxes=below.boxes + boxes,
+            places=sections.get("places", []),
         )
 
     def walls(self, node: yaml.Node) -> List[Wall]:
@@ -158,11 +164,11 @@ class _WorldReader(NodeReader):
                 segments.append(first + second)
         return segments
 
-    def boxes(self, node: yaml.Node) -> List[Wall]:
-        """Return the walls (m) of section `boxes`, four for each box."""
+    def boxes(self, node: yaml.Node) -> List[List[Point]]:
+        """Return the corners (m) of each box in section `boxes`."""
         needs, may = {"centre_m": POINT, "size_m": Numbers(2, LENGTH.low, math.inf)}, {"angle_deg": ANGLE}
-        return [wall for _, box in self.mappings(node, "boxes", "a box", needs, may)
-                for wall in box_walls(box["centre_m"], box["size_m"], math.radians(box.get("angle_deg", 0.0)))]
+        return [box_corners(box["centre_m"], box["size_m"], math.radians(box.get("angle_deg", 0.0)))
+                for _, box in self.mappings(node, "boxes", "a box", needs, may)]
 
     def posts(self, node: yaml.Node) -> List[Tuple[float, ...]]:
         """Return x, y and radius (m) of each post in section `posts`."""
@@ -196,6 +202,19 @@ class _WorldReader(NodeReader):
                 self.fail(entry, "there are two goals named %r; names must differ" % goal["name"])
             goals[goal["name"]] = _pose(goal)
         return goals
+
+    def places(self, node: yaml.Node) -> List[MarkedPlace]:
+        """Return the places of section `places`, in the order of the file."""
+        places: Dict[str, MarkedPlace] = {}
+        may = {"size_m": Numbers(2, LENGTH.low, math.inf), "diameter_m": LENGTH}
+        for entry, place in self.mappings(node, "places", "a place", {"name": Text(), "centre_m": POINT}, may):
+            if place["name"] in places:
+                self.fail(entry, "there are two places named %r; names must differ" % place["name"])
+            if ("size_m" in place) == ("diameter_m" in place):
+                self.fail(entry, "a place needs either size_m, of a rectangle, or diameter_m, of a disc")
+            x, y = place["centre_m"]
+            places[place["name"]] = MarkedPlace(place["name"], x, y, place.get("size_m") or (place["diameter_m"],))
+        return list(places.values())
 
     def map(self, node: yaml.Node) -> World:
         """Load the map that the key `map` names, and return its world. The path is relative to this world file."""
