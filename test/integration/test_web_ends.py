@@ -14,7 +14,7 @@ import pytest
 from pioneer_control.simulator.firmware import FirmwareState
 from pioneer_control.web.exchange import BEAT_MESSAGE, CONFIGURE, FRAME, ORDER, Unpacker, packed, packed_json
 from pioneer_control.web.frames import RobotFrame, encode_frame, stamp_of
-from pioneer_control.web.owner import listen
+from pioneer_control.web.site import listen
 
 from web_site import Site, Viewer, is_alive, site_with_robot
 from real_time import LIMIT, until
@@ -97,8 +97,9 @@ def test_two_pages_at_once_and_the_same_port_again(tmp_path):
 
 
 @pytest.mark.parametrize("arguments, code, words", [
-    (["--port", "70000"], 2, "0 to 65535"), (["--port", "x"], 2, "0 to 65535"), (["run.bag"], 2, "not shown yet"),
-    (["--fly"], 2, "--fly")])
+    (["--port", "70000"], 2, "0 to 65535"), (["--port", "x"], 2, "0 to 65535"),
+    (["run.bag"], 2, "run.bag: no such file"),
+    (["--fly"], 2, "--fly"), (["run.bag", "/dev/ttyUSB0"], 2, "but not both")])
 def test_arguments_that_make_no_sense(arguments, code, words):
     found = run(*arguments)
     assert found[0] == code and words in found[2] and "Traceback" not in found[2]
@@ -134,7 +135,7 @@ def test_shared_with_other_machines(tmp_path):
         _, errors = process.communicate(timeout=LIMIT)
     others = [line for line in lines if line.startswith("For others:")]
     teacher, = [line for line in lines if line.startswith("For you")]
-    assert others and process.returncode == 0 and "encrypted" in errors and "can see the robot and drive it" in errors
+    assert others and process.returncode == 0 and "encrypted" in errors and "can see the robots and drive them" in errors
     assert others[0].split("#")[1] != teacher.split("#")[1]
 
 

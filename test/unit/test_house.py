@@ -42,11 +42,12 @@ ROOMS = {
     "bags": {"message_values", "parameters", "port_url", "ros_node", "standard_messages", "whole_file", "pictures",
              "p2os", "robots", "msg"},
     # no simulator: the page shows it as it shows any robot, and starts it as a program
-    "web": {"interrupt", "message_values", "port_url", "p2os", "robots", "client", "bags"},
+    "web": {"interrupt", "message_values", "parameters", "port_url", "ros_node", "p2os", "robots", "client", "bags",
+            "msg"},
 }
 # Files that may use ROS, by the start of their path in the package.
 ROS_PLACES = ("ros_node.py", "standard_messages.py", "driver/", "tutorial/", "bags/", "teleop/node.py",
-              "simulator/node.py")
+              "web/graph.py", "web/node.py", "simulator/node.py")
 ROS_MODULES = {"rospy", "tf", "tf2_ros", "dynamic_reconfigure", "genpy", "rosbag", "rosgraph", "roslaunch", "roslib",
                "rospkg", "rostest", "rostopic", "nav_msgs", "geometry_msgs", "sensor_msgs", "std_msgs", "std_srvs",
                "tf2_msgs", "rosgraph_msgs", "diagnostic_msgs", "diagnostic_updater", "visualization_msgs"}

@@ -373,6 +373,7 @@ BROUGHT_BY = {
     "rosgraph_msgs": "ros-core-python-dev", "roslaunch": "ros-core-python-dev", "roslib": "ros-core-python-dev",
     "rospy": "ros-core-python-dev",
     "std_msgs": "ros-core-python-dev", "std_srvs": "ros-core-python-dev", "visualization_msgs": "ros-core-python-dev",
+    "diagnostic_msgs": "python3-diagnostic-updater",
     "diagnostic_aggregator": "libdiagnostic-aggregator-tools", "diagnostic_updater": "python3-diagnostic-updater",
     "dynamic_reconfigure": "python3-dynamic-reconfigure",
     "robot_state_publisher": "ros-robot-state-publisher", "rosbag": "python3-rosbag", "rostest": "python3-rostest",

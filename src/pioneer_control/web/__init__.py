@@ -12,6 +12,8 @@ pictures to browsers, and orders back. It may die or hang at any time: the robot
 ``__main__``       the program: starts a simulated robot if none is named, prints the address
 ``owner``          the process that owns robots: its loop, and the server as its child
 ``seats``          who may tell which robot what
+``site``           where the page is served: sockets, keys, what to print
+``client_crew``    the robots whose ports were named
 ``client_robot``   one robot of the client library: its frames, status and controls
 ``backend``        what lies between the page and robots of any kind
 ``exchange``       the messages between owner and server
@@ -24,6 +26,8 @@ pictures to browsers, and orders back. It may die or hang at any time: the robot
 ``trail``          the way that a robot went lately
 ``truth``          the map of simulated robots, from their simulator
 ``from_messages``  the messages of a robot's topics, as the page shows them
+``graph``          the robots of a ROS graph
+``node``           the ROS node that serves them
 ``recorded``       a bag as a recording for the page
 ``one_file``       joins the page and a recording into one HTML file
 ``program_line``   the robot's side of the line to a program that shares its robot with persons

@@ -7,9 +7,7 @@ import contextlib
 import importlib.util
 import os
 import re
-import secrets
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -18,14 +16,14 @@ import webbrowser
 from typing import Any, Dict, Iterator, List, Optional
 
 from ..errors import PioneerError, UsageError
+from ..port_url import without_key
+from .owner import Owner
+from .site import KEY, Site, open_site
 
-LOOPBACK, EVERYWHERE = ("127.0.0.1", "::1"), ("0.0.0.0", "::")
+BAGS = ".bag", ".bag.active"
 PACKAGE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 SIMULATOR_STARTS_WITHIN = 30.0      # s
 ENDS_WITHIN = 3.0                   # s
-SHARED = """\
-Every machine that reaches this one and has an address below can see the robot and drive it. What is sent is not
-encrypted: share only in a network that you trust."""
 
 
 def main(arguments: Optional[List[str]] = None) -> int:
@@ -65,46 +63,66 @@ def serve(options: argparse.Namespace, ending: "Signals") -> None:
     Raises:
         PioneerError: the port is taken, tornado is not installed, the simulated robot does not start, ...
     """
-    for port in options.robots:
-        if port.endswith((".bag", ".bag.active")):
-            raise UsageError("%s: recordings are not shown yet; give the port of a robot, or nothing" % port)
     if importlib.util.find_spec("tornado") is None:
         raise PioneerError("the page needs tornado: sudo apt install python3-tornado (or pip install tornado)")
+    bags = [name for name in options.robots if name.endswith(BAGS)]
+    if bags and len(bags) < len(options.robots):
+        raise UsageError("give bags, or ports of robots, but not both: %s" % " ".join(options.robots))
     with contextlib.ExitStack() as stack:
-        simulated = not options.robots
-        # The simulator starts while this program imports the rest.
-        truth = options.truth
-        if simulated:
-            truth = os.path.join(stack.enter_context(tempfile.TemporaryDirectory(prefix="pioneer-")), "truth")
-        simulator = stack.enter_context(simulator_process(truth)) if simulated else None
-        from .owner import Owner, Told, listen      # late, see above
-        sockets = listen(EVERYWHERE if options.share else LOOPBACK, options.port)
-        for each in sockets:
-            stack.callback(each.close)
-        urls = options.robots if simulator is None else [url_of(simulator, ending)]
-        if ending.wanted.is_set():
-            return
-        teacher, others = secrets.token_urlsafe(16), secrets.token_urlsafe(16)
-        names = own_names() if options.share else ["localhost"]
-        title = "simulated robot" if simulated else ", ".join(urls)
-        told = Told({teacher: True, others: False} if options.share else {teacher: True}, title, names)
-        owner = Owner(urls, sockets, told, simulated=simulated or bool(truth), folder=options.folder,
-                      truth=truth, say=say)
-        ending.then = owner.end
-        port = sockets[0].getsockname()[1]
-        address = "http://127.0.0.1:%d/#%s" % (port, teacher)
-        if options.share:
-            print(SHARED, file=sys.stderr)
-            for host in own_addresses():
-                print("For others:  http://%s:%d/#%s" % (host, port, others))
-            print("For you, the teacher:  %s" % address)
+        if bags:
+            serve_recording(bags, options, ending, stack)
         else:
-            print("The page:  %s" % address)
-        print("Ctrl-C ends it.", flush=True)
-        if options.browser:
-            threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
-        if ending.wanted.is_set():
-            return
+            serve_robots(options, ending, stack)
+
+
+def serve_recording(bags: List[str], options: argparse.Namespace, ending: "Signals",
+                    stack: contextlib.ExitStack) -> None:
+    """Serve a recorded run until a signal comes. Several bags are the parts of one recording."""
+    from ..bags.command_line import in_order, stem      # late: they import numpy
+    from .recorded import read_recording
+    name = os.path.basename(stem(bags[0]))
+    recording = read_recording(in_order(bags) if len(bags) > 1 else bags, name)
+    site = opened(name, options, stack)
+    run(site, Owner(site.listening, site.told._replace(kind="recording"), recording=recording.parts,
+                    folder=options.folder, say=say), options, ending)
+
+
+def serve_robots(options: argparse.Namespace, ending: "Signals", stack: contextlib.ExitStack) -> None:
+    """Serve the robots whose ports are named, or a simulated one, until a signal comes."""
+    truth, urls = options.truth, options.robots
+    simulated = not urls
+    if simulated:
+        # The simulator starts while this program imports the rest.
+        truth = os.path.join(stack.enter_context(tempfile.TemporaryDirectory(prefix="pioneer-")), "truth")
+        simulator = stack.enter_context(simulator_process(truth))
+    from .client_crew import ClientCrew     # late, see above
+    site = opened("simulated robot" if simulated else ", ".join(map(without_key, urls)), options, stack)
+    if simulated:
+        urls = [url_of(simulator, ending)]
+    if not ending.wanted.is_set():
+        owner = Owner(site.listening, site.told, folder=options.folder, say=say)
+        crew = ClientCrew(urls, truth, owner)
+        stack.callback(crew.close)
+        owner.look = crew.look
+        run(site, owner, options, ending)
+
+
+def opened(title: str, options: argparse.Namespace, stack: contextlib.ExitStack) -> Site:
+    """Open the site of the options, until the stack ends."""
+    site = open_site(title, options.port, options.share, os.environ.get(KEY))
+    stack.callback(site.close)
+    return site
+
+
+def run(site: Site, owner: Owner, options: argparse.Namespace, ending: "Signals") -> None:
+    """Say where the page is, and serve it until a signal comes."""
+    ending.then = owner.end
+    if site.warning:
+        print(site.warning, file=sys.stderr)
+    print(*site.welcome(), "Ctrl-C ends it.", sep="\n", flush=True)
+    if options.browser:
+        threading.Thread(target=webbrowser.open, args=(site.address,), daemon=True).start()
+    if not ending.wanted.is_set():
         owner.run()
 
 
@@ -165,30 +183,13 @@ def url_of(simulator: "subprocess.Popen[bytes]", ending: "Signals") -> str:
     return found[0] if found else ""
 
 
-def own_names() -> List[str]:
-    """Return the names by which browsers may call this machine."""
-    name = socket.gethostname().lower()
-    short = name.partition(".")[0]
-    return sorted({"localhost", name, short, short + ".local"})
-
-
-def own_addresses() -> List[str]:
-    """Return the addresses of this machine in its networks, best first; its name if there is none."""
-    found = []
-    with contextlib.suppress(OSError), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.connect(("192.0.2.1", 9))     # sends nothing: only asks which address would be used
-        found.append(probe.getsockname()[0])
-    with contextlib.suppress(OSError):
-        found += [str(each[4][0]) for each in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)]
-    return [each for each in dict.fromkeys(found) if not each.startswith("127.")] or [socket.gethostname()]
-
-
 def parser() -> argparse.ArgumentParser:
     """Return the argument parser of the command line."""
     result = argparse.ArgumentParser(
         prog="python3 -m pioneer_control.web", description="Robots on a page in the browser, to see and to drive.")
-    result.add_argument("robots", nargs="*", metavar="PORT",
-                        help="/dev/ttyUSB0 or socket://host:port: a robot; without one a simulated robot starts")
+    result.add_argument("robots", nargs="*", metavar="PORT_OR_BAG",
+                        help="/dev/ttyUSB0 or socket://host:port: a robot; FILE.bag: a recorded run (several: its "
+                             "parts); without any a simulated robot starts")
     result.add_argument("--port", type=port_number, default=8080, metavar="N",
                         help="TCP port of the page; 0: any that is free (default: %(default)s)")
     result.add_argument("--browser", action="store_true", help="open the page in the browser")

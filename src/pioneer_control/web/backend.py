@@ -1,14 +1,17 @@
 """What lies between the page's rooms and robots of any kind: what is shown (Feed), and what is told (Controls).
 
-===========  =====================================================================================
-backend      its Feed and its Controls
-===========  =====================================================================================
-``owner``    robots of the client library, in the process that owns them
-ROS, a bag   to come
-===========  =====================================================================================
+================  =============================================================================
+file              what it has
+================  =============================================================================
+``client_robot``  a robot of the client library
+``graph``         the robots of a ROS graph
+``recorded``      a bag: it has no controls, and the page gets all of it at once
+================  =============================================================================
 """
 
-from typing import Any, NamedTuple, Optional, Protocol, Sequence, Tuple
+from typing import Any, Dict, NamedTuple, Optional, Protocol, Sequence, Tuple
+
+from .trail import Trail
 
 
 class Person(NamedTuple):
@@ -89,3 +92,45 @@ class Feed(Protocol):
     def said(self, level: str, text: str, robot: Optional[int] = None,
              viewers: Optional[Sequence[int]] = None) -> None:
         """Tell some viewers, or all (None), a sentence. ``level`` is "info", "warn" or "error"."""
+
+
+class PageRobot(Controls, Protocol):
+    """One robot for the owner: what the page shows of it, and its Controls."""
+
+    number: int
+    """Its number for the page."""
+    trail: Trail
+    introduced: bool
+    """Whether the page has been told the shape of this robot. Before that, no frame of it makes sense."""
+    asked: Optional[int]
+    """The viewer who asked for the motors last."""
+
+    def start(self) -> None:
+        """Begin to look for the robot."""
+
+    def close(self, wait: bool = True) -> None:
+        """Stop what persons drive, and let the robot go. Without ``wait`` only the stop is sure when this returns."""
+
+    @property
+    def entry(self) -> Dict[str, Any]:
+        """The entry of this robot in the text ``robots``."""
+
+    @property
+    def limits(self) -> Tuple[float, float]:
+        """The robot's own limits (m/s, rad/s)."""
+
+    def repeat(self, now: float) -> None:
+        """Send the last frame again, with its age, if none was sent for a while (monotonic time, s)."""
+
+    def status(self, now: float) -> Optional[Dict[str, Any]]:
+        """Return the text ``status`` if it is time to tell a new one; else None."""
+
+
+class Stage(Protocol):
+    """What a robot tells the owner. Any thread may call it, and no method blocks."""
+
+    def changed(self, robot: PageRobot) -> None:
+        """Its shape, its limits, or who commands it, is another one now."""
+
+    def tell(self, robot: PageRobot, level: str, text: str, viewers: Optional[Sequence[int]] = None) -> None:
+        """Something happened, for the log of the page. ``viewers``: see Feed.said()."""

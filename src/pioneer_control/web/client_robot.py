@@ -3,17 +3,18 @@
 import math
 import threading
 from time import monotonic
-from typing import Any, Callable, Dict, List, Mapping, Optional, Tuple
+from typing import Any, Dict, List, Mapping, Optional, Tuple
 
-from ..client import (NO_ECHO, CommandTimedOut, Event, GripperReading, LinkDown, MotionCleared, Ready, Robot,
-                      RobotIdentity, RobotState, SteeredRobot, Unmoved)
+from ..client import (NO_ECHO, CommandTimedOut, Event, GripperReading, LinkDown, MotionCleared, MotorsAnswered, Ready,
+                      Robot, RobotIdentity, RobotState, SteeredRobot, Tuned, Unmoved)
 from ..client.fault_flags import Level
-from ..client.health import CHARGING, Finding, Health, LinkWindow
+from ..client.health import CHARGING, Finding, Health
 from ..client.helm import VelocityInput
 from ..client.ports import is_serial
 from ..errors import PioneerError
 from ..p2os import Flags, GripperCommand
-from .backend import VELOCITY_LIVES, Feed
+from ..port_url import without_key
+from .backend import VELOCITY_LIVES, Feed, Stage
 from .frames import FrameFlags, GripperBits, RobotFrame, encode_frame, stamp_of
 from .orders import GRIPPER_COMMANDS
 from .program_line import INPUT as PROGRAM
@@ -154,19 +155,18 @@ class ClientRobot:
         number: its number for the page.
         url: its port, as Robot takes it.
         feed: takes frames, at once and from any thread.
-        post: called with each event but states, from any thread.
-        on_change: called, from any thread, when it changes who commands the robot. It must only take note.
+        stage: told what happens.
         simulated: whether it is a simulated robot.
         options: more arguments for Robot.
     """
 
-    def __init__(self, number: int, url: str, feed: Feed, post: Callable[["ClientRobot", Event], None],
-                 on_change: Callable[[], None], simulated: bool = False, **options: Any) -> None:
-        self.number, self.url, self.simulated = number, url, simulated
+    def __init__(self, number: int, url: str, feed: Feed, stage: Stage, simulated: bool = False,
+                 **options: Any) -> None:
+        self.number, self.url, self.simulated = number, without_key(url), simulated
         self.trail = Trail()
         self.robot = Robot(url, reconnect=True, command_timeout=COMMAND_TIMEOUT, on_state=self._on_state,
                            on_event=self._on_event, **options)
-        self.steered = SteeredRobot(self.robot, INPUTS, OBSTACLES, on_change)
+        self.steered = SteeredRobot(self.robot, INPUTS, OBSTACLES, lambda: stage.changed(self))
         self.has_programs = False
         """Whether programs have a line to this robot (see `program_line`)."""
         self.asked: Optional[int] = None
@@ -176,9 +176,9 @@ class ClientRobot:
         """
         self.introduced = False
         """Whether the page has been told the shape of this robot, so that frames of it make sense."""
-        self._feed, self._post = feed, post
-        self._health = Health(url, 9600 if is_serial(url) else None, "switch the motors on")
-        self._window = LinkWindow()
+        self._feed, self._stage = feed, stage
+        self._sentence: Optional[Tuple[str, str]] = None    # the last one told
+        self._health = Health(self.url, 9600 if is_serial(url) else None, "switch the motors on")
         self._lock = threading.Lock()       # the link's threads and the owner's make frames, one at a time
         self._state: Optional[RobotState] = None
         self._framed_at = -math.inf
@@ -186,7 +186,21 @@ class ClientRobot:
         self._is_new_session = True
         self._status: Tuple[Any, float] = ({}, -math.inf)       # the last one told, and when
 
+    def start(self) -> None:
+        """Begin to look for the robot."""
+        self.robot.start()
+
+    def close(self, wait: bool = True) -> None:
+        """Stop the robot, switch its motors off, and close the link. See Robot.close()."""
+        self.robot.close(wait)
+
     # What is shown
+
+    @property
+    def limits(self) -> Tuple[float, float]:
+        """The robot's own limits (m/s, rad/s); 0 before it was there."""
+        identity = self.robot.identity
+        return (0.0, 0.0) if identity is None else (identity.max_linear, identity.max_angular)
 
     @property
     def entry(self) -> Dict[str, Any]:
@@ -204,9 +218,10 @@ class ClientRobot:
         if now - told_at < STATUS_EVERY:
             return None
         counts, state, lost = self.robot.link, self._state, self._lost
-        recent = self._window.recent(now, counts) if lost is None else None
-        status = status_of(self.number, self._health.report(now, counts), state, lost, {
-            "sips_per_second": 0.0 if recent is None else round(recent.packets / recent.seconds, 1),
+        findings = self._health.report(now, counts)
+        rate = findings["Link"].values.get("Packets a second", "")
+        status = status_of(self.number, findings, state, lost, {
+            "sips_per_second": float(rate) if rate[:1].isdigit() else 0.0,
             "bad_checksums": counts.bad_checksums, "reconnects": counts.reconnects})
         if now - told_at < COUNTS_EVERY and dict(status, counts=None) == dict(before, counts=None):
             return None
@@ -228,7 +243,14 @@ class ClientRobot:
             self._is_new_session = True
         elif isinstance(event, LinkDown):
             self._lost = str(event.error)
-        self._post(self, event)
+        if isinstance(event, (Ready, Tuned)):
+            self._stage.changed(self)
+        if isinstance(event, MotorsAnswered) and event.error is not None:
+            self._stage.tell(self, "error", str(event.error), None if self.asked is None else [self.asked])
+        sentence = sentence_of(event)
+        if sentence is not None and sentence != self._sentence:     # a link that stays down says so once
+            self._sentence = sentence
+            self._stage.tell(self, *sentence)
 
     def _send_frame(self, now: float) -> None:
         with self._lock:

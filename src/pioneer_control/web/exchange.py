@@ -6,6 +6,7 @@ Each message is its length (u32, little-endian, of what follows), one byte for i
 kind  from          contents
 ====  ============  ===================================================================================================
 C     owner         JSON, first: ``{"keys": {key: whether it is a teacher's}, "title": text, "hosts": [names]}``
+W     owner         one binary message of a recording, which each viewer gets as it is, before all frames
 F     owner         one frame, as frames.encode_frame() gives it
 T     owner         JSON: ``{"kind": ..., "robot": number or null, "value": ..., "seat": visitor or ""}``
 S     owner         JSON: ``{"level": ..., "text": ..., "robot": number or null, "viewers": [numbers] or null (all)}``
@@ -26,7 +27,7 @@ from typing import Any, Deque, Dict, List, Optional, Sequence, Tuple
 from ..errors import UsageError
 
 BEAT = 0.1                      # s between two beats of the server
-CONFIGURE, FRAME, TEXT, SAID = b"C", b"F", b"T", b"S"
+CONFIGURE, WHOLE, FRAME, TEXT, SAID = b"C", b"W", b"F", b"T", b"S"
 BEAT_MESSAGE, ORDER, GONE = b"B", b"O", b"G"
 LENGTH = struct.Struct("<I")
 LONGEST = 64 * 2 ** 20          # bytes: a map may be large

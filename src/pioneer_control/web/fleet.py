@@ -82,6 +82,8 @@ class Viewer:
         """The first text, until it is given."""
         self.texts: Dict[Key, None] = {}
         """Kinds of texts of which the newest has to be given, in this order."""
+        self.wholes = 0
+        """How many messages of a recording it was given."""
         self.said: Deque[str] = deque()
         self.told: "OrderedDict[Tuple[Optional[int], str], float]" = OrderedDict()
         self._tokens, self._tokens_at = float(MOST_MESSAGES), now
@@ -111,6 +113,7 @@ class Fleet:
     def __init__(self, title: str, kind: str = "live") -> None:
         self.viewers: Dict[int, Viewer] = {}
         self._hello = {"title": title, "kind": kind}
+        self._wholes: List[bytes] = []
         self._frames: Dict[int, NewestFrame] = {}
         self._texts: Dict[Key, SharedText] = {}
         self._trails: Dict[int, Trail] = {}
@@ -131,6 +134,11 @@ class Fleet:
         self._count += 1
         self._frames[head.robot] = NewestFrame(self._count, frame, head.stamp)
         self._trails.setdefault(head.robot, Trail()).go(head.x, head.y)
+
+    def whole(self, message: bytes) -> None:
+        """Take a binary message of a recording, which each viewer gets, also those that arrive later."""
+        self._wholes.append(message)
+        self._fresh = True
 
     def text(self, kind: str, value: Any, robot: Optional[int] = None, seat: str = "") -> None:
         """Take the newest text of a kind, and give it to all viewers. See Feed.text().
@@ -242,11 +250,13 @@ class Fleet:
         behind, self._behind, self._fresh = self._behind, set(), False
         batches: Dict[int, Tuple[bytes, int]] = {}
         for number, viewer in self.viewers.items():
-            if not (is_batch or number in behind or viewer.hello or viewer.texts or viewer.said):
+            if not (is_batch or number in behind or viewer.hello or viewer.texts or viewer.said
+                    or viewer.wholes < len(self._wholes)):
                 continue
             if not can_take(number):
                 continue
-            messages = self._texts_for(viewer)
+            messages = self._texts_for(viewer) + self._wholes[viewer.wholes:]
+            viewer.wholes = len(self._wholes)
             # A viewer that could take nothing in the last round is behind the others.
             if (is_batch or number in behind or viewer.seen < self._given) and viewer.wants_frames(now):
                 messages += self._frames_for(viewer, batches, now)

@@ -14,8 +14,10 @@ from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Tuple
 
 from ..errors import EncodingError, UsageError
 
-FRAMES, COLUMNS = b"\x01", b"\x02"
-"""The first byte of a binary message: frames of live robots, or the columns of a recording (see `columns`)."""
+FRAMES, COLUMNS, WHOLE = b"\x01", b"\x02", b"\x03"
+"""The first byte of a binary message: frames of live robots, the columns of a recording (see `columns`), or what a
+recording says about the whole run.
+"""
 STAMPS = 2 ** 32
 """Stamps are ms modulo this number."""
 TURN = 65536

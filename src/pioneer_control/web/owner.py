@@ -17,18 +17,14 @@ import sys
 import threading
 from collections import deque
 from time import monotonic
-from typing import Any, Callable, Deque, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, cast
+from typing import Any, Callable, Deque, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, cast
 
-from ..client import Event, MotorsAnswered, Ready, Tuned
-from ..client.tcp import tcp_address
 from ..errors import PioneerError
-from .backend import Person
-from .client_robot import ClientRobot, sentence_of
-from .exchange import (CONFIGURE, GONE, ORDER, READ_SIZE, Outbox, Part, Unpacker, packed_json)
+from .backend import PageRobot, Person
+from .exchange import CONFIGURE, GONE, ORDER, READ_SIZE, WHOLE, Outbox, Part, Unpacker, packed, packed_json
 from .orders import (HELM_ORDERS, HelmOrder, MotorsOrder, NameOrder, ReleaseOrder, SayOrder, StopOrder, TakeOrder,
                      UnlockOrder, order_of)
 from .seats import HelmTold, Seats
-from .truth import TruthLine
 
 SILENCE = 0.5           # s without a word of the server after which robots are stopped
 HUNG = 10.0             # s without a word after which the server is killed, and another one is started
@@ -48,6 +44,8 @@ class Told(NamedTuple):
     keys: Mapping[str, bool]
     title: str
     hosts: Sequence[str]
+    kind: str = "live"
+    """"live" or "recording"."""
 
 
 class ServerProcess:
@@ -103,44 +101,57 @@ def _source() -> str:
 
 
 class Owner:
-    """Owns robots and the web server. run() does all the work.
+    """Owns robots and the web server, and is the Stage of the robots. run() does all the work.
 
     Args:
-        urls: the ports of the robots, which get the numbers 1 and up.
         listening: sockets on which the server listens. They stay open when a server dies.
         told: what the server has to know.
-        simulated: whether the robots are simulated.
+        recording: binary messages that each viewer gets first: a recording for the page. Empty: robots are live.
         folder: where the page's files are; None for those of the package.
-        truth: path of the socket at which the simulator of the robots tells their map; None without one.
         say: called with warnings and errors for the person at the terminal.
-        options: more arguments for each Robot.
+
+    Attributes:
+        outbox: the Feed of the robots.
+        server: the present server; None for a moment, after one died.
+        look: called in each turn of the loop, about twenty times a second; it may call keep().
     """
 
-    def __init__(self, urls: Sequence[str], listening: Sequence[socket.socket], told: Told, *, simulated: bool = False,
-                 folder: Optional[str] = None, truth: Optional[str] = None,
-                 say: Callable[[str], None] = lambda sentence: None, **options: Any) -> None:
+    def __init__(self, listening: Sequence[socket.socket], told: Told, *, recording: Sequence[bytes] = (),
+                 folder: Optional[str] = None, say: Callable[[str], None] = lambda sentence: None) -> None:
         self.outbox = Outbox()
         self.server: Optional[ServerProcess] = None
-        """The present server; None for a moment, after one died."""
-        self._robots: Dict[int, ClientRobot] = {
-            number: ClientRobot(number, url, self.outbox, self._post, self._wake, simulated, **options)
-            for number, url in enumerate(urls, 1)}
-        ports = {address[1]: number for number, address in enumerate(map(tcp_address, urls), 1) if address is not None}
-        self._truth = None if truth is None else TruthLine(
-            truth, ports, lambda number: self._robots[number].base, self.outbox)
+        self._robots: Dict[int, PageRobot] = {}
         self._seats = Seats()
-        self._listening, self._told, self._folder, self._say = listening, told, folder, say
+        self._listening, self._folder = listening, folder
+        self._first = [packed_json(CONFIGURE, told._asdict()), *(packed(WHOLE, each) for each in recording)]
+        self.look: Callable[[], None] = lambda: None
+        self._say = say
+        self._entries: Optional[List[Dict[str, Any]]] = None    # as they were told last
         self._helms: Dict[int, HelmTold] = {}       # as they were told last
-        self._sentences: Dict[int, Tuple[str, str]] = {}    # the last one of each robot
         self._is_lost = True                        # robots were stopped because the server is silent
         self._restart_at, self._back_off = -math.inf, BACK_OFF[0]
-        self._posted: Deque[Tuple[ClientRobot, Event]] = deque()
+        self._changed: Deque[PageRobot] = deque()
         self._selector = selectors.DefaultSelector()
         self._wake_end, self._waker = socket.socketpair()
         for each in (self._wake_end, self._waker):
             each.setblocking(False)
         self._selector.register(self._wake_end, selectors.EVENT_READ)
         self._ends = threading.Event()
+        self._runs = False
+
+    def keep(self, robots: Iterable[PageRobot]) -> None:
+        """Own these robots from now on, and no others: new ones are started, and others forgotten.
+
+        Call it before run(), or from ``look``.
+        """
+        before, self._robots = self._robots, {robot.number: robot for robot in robots}
+        for number in set(before) - set(self._robots):
+            self._seats.remove(number)
+            self._helms.pop(number, None)
+        if self._runs:
+            for number in set(self._robots) - set(before):
+                self._robots[number].start()
+        self._tell_robots()
 
     def run(self) -> None:
         """Serve until end(), then stop the robots, switch their motors off, and end the server.
@@ -149,9 +160,10 @@ class Owner:
             PioneerError: a setting of a robot is not legal.
         """
         try:
+            self._runs = True
             self._tell_robots()
             for robot in self._robots.values():
-                robot.robot.start()
+                robot.start()
             while not self._ends.is_set():
                 self._turn()
         finally:
@@ -175,11 +187,10 @@ class Owner:
             elif events & selectors.EVENT_READ:
                 self._hear()
         now = monotonic()
-        while self._posted:
-            self._take(*self._posted.popleft())
+        while self._changed:
+            self._introduce(self._changed.popleft())
         self._watch(now)
-        if self._truth is not None:
-            self._truth.turn(now)
+        self.look()
         self._show(now)
         self._send()
 
@@ -243,24 +254,13 @@ class Owner:
             sentence = SAID_OF[type(order)] % (person.name or "somebody")
             self.outbox.said("info", sentence, order.robot if isinstance(order.robot, int) else None)
 
-    def _take(self, robot: ClientRobot, event: Event) -> None:
-        """Take an event of a robot's link."""
-        if isinstance(event, (Ready, Tuned)):
-            identity = event.identity
-            self._seats.add(robot.number, robot, identity.max_linear, identity.max_angular)
-            self._tell_robots()
-            robot.introduced = True
-        if isinstance(event, MotorsAnswered):
-            if event.error is not None:
-                self.outbox.said("error", str(event.error), robot.number,
-                                 None if robot.asked is None else [robot.asked])
+    def _introduce(self, robot: PageRobot) -> None:
+        """Take the shape and the limits of a robot that has changed."""
+        if robot.number not in self._robots or not robot.limits[0]:
             return
-        sentence = sentence_of(event)
-        if sentence is not None and sentence != self._sentences.get(robot.number):
-            self._sentences[robot.number] = sentence     # a link that stays down says so once
-            self.outbox.said(*sentence, robot.number)
-            if sentence[0] != "info":
-                self._say(sentence[1])
+        self._seats.add(robot.number, robot, *robot.limits)
+        self._tell_robots()
+        robot.introduced = True
 
     def _watch(self, now: float) -> None:
         """Stop the robots that persons drive when the server is silent, and replace a server that hangs."""
@@ -291,7 +291,10 @@ class Owner:
                 self.outbox.text("helm", told.value, number, told.seat)
 
     def _tell_robots(self) -> None:
-        self.outbox.text("robots", [robot.entry for robot in self._robots.values()])
+        entries = [robot.entry for robot in self._robots.values()]
+        if entries != self._entries:
+            self._entries = entries
+            self.outbox.text("robots", entries)
 
     def _send(self) -> None:
         waits = self.outbox.flush()
@@ -303,7 +306,7 @@ class Owner:
     def _start_server(self) -> None:
         server = self.server = ServerProcess(self._listening, self._folder)
         self._selector.register(server.end, selectors.EVENT_READ)
-        self.outbox.connect(server.end, [packed_json(CONFIGURE, self._told._asdict())])
+        self.outbox.connect(server.end, self._first)
         for robot in self._robots.values():
             self.outbox.text("trail", robot.trail.points, robot.number)
 
@@ -323,12 +326,11 @@ class Owner:
         self._restart_at = now + self._back_off
 
     def _close(self) -> None:
-        if self._truth is not None:
-            self._truth.close()
+        self._seats.lost(monotonic())
         for robot in self._robots.values():
-            robot.robot.close(wait=False)       # all stop first
+            robot.close(wait=False)     # all stop first
         for robot in self._robots.values():
-            robot.robot.close()
+            robot.close()
         if self.server is not None:
             self.outbox.disconnect()
             self._selector.unregister(self.server.end)
@@ -340,43 +342,17 @@ class Owner:
 
     # Other threads
 
-    def _post(self, robot: ClientRobot, event: Event) -> None:
-        self._posted.append((robot, event))
+    def changed(self, robot: PageRobot) -> None:
+        """Take note that a robot has changed. See Stage.changed()."""
+        self._changed.append(robot)
         self._wake()
+
+    def tell(self, robot: PageRobot, level: str, text: str, viewers: Optional[Sequence[int]] = None) -> None:
+        """Tell the page what happened to a robot. See Stage.tell()."""
+        self.outbox.said(level, text, robot.number, viewers)
+        if level != "info" and viewers is None:
+            self._say(text)
 
     def _wake(self) -> None:
         with contextlib.suppress(OSError):      # full: it wakes anyway; closed: it has ended
             self._waker.send(b"\0")
-
-
-def listen(hosts: Sequence[str], port: int) -> List[socket.socket]:
-    """Return sockets that listen on one port of each host; the first decides which, if ``port`` is 0.
-
-    A host but the first is left out where this machine does not have it (IPv6).
-
-    Raises:
-        PioneerError: the port is taken or not allowed. It says what to do.
-    """
-    sockets: List[socket.socket] = []
-    for host in hosts:
-        family = socket.AF_INET6 if ":" in host else socket.AF_INET
-        try:
-            each = socket.socket(family, socket.SOCK_STREAM)
-            sockets.append(each)
-            each.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            if family == socket.AF_INET6:
-                each.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
-            each.bind((host, port))
-            each.listen(128)
-            each.setblocking(False)
-        except (OSError, OverflowError) as error:
-            if len(sockets) > 1:
-                sockets.pop().close()
-                continue
-            for each in sockets:
-                each.close()
-            raise PioneerError(
-                "port %d of %s: %s. Give another one, --port 0 for any that is free; `ss -ltnp` shows who has it"
-                % (port, host, getattr(error, "strerror", None) or error)) from error
-        port = sockets[0].getsockname()[1]
-    return sockets

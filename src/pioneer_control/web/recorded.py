@@ -11,7 +11,7 @@ from typing import Any, Callable, Counter, Dict, List, NamedTuple, Optional, Seq
 from ..bags.reader import BagConnection, decode, message_class, plural, read_bag
 from ..bags.records import BagError
 from .columns import TimedFrame, columns
-from .frames import FrameFlags
+from .frames import WHOLE, FrameFlags
 from .from_messages import SHARED, TOPICS, RobotPicture, WorldPicture, helm_text
 
 GAP = 0.6
@@ -36,6 +36,11 @@ class Recording(NamedTuple):
     def packed(self) -> bytes:
         """Return the value as compressed JSON (RFC 1950)."""
         return zlib.compress(json.dumps(self.value, separators=(",", ":"), allow_nan=False).encode(), 9)
+
+    @property
+    def parts(self) -> List[bytes]:
+        """The binary messages of the page's protocol."""
+        return [WHOLE + self.packed(), *self.columns]
 
 
 class RecordedRobot:

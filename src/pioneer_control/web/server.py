@@ -22,7 +22,7 @@ from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from ..errors import UsageError
 from .backend import Person
-from .exchange import (BEAT, BEAT_MESSAGE, CONFIGURE, FRAME, GONE, ORDER, SAID, TEXT, Part, Unpacker, packed,
+from .exchange import (BEAT, BEAT_MESSAGE, CONFIGURE, FRAME, GONE, ORDER, SAID, TEXT, WHOLE, Part, Unpacker, packed,
                        packed_json)
 from .fleet import NO_WORDS, NONSENSE, WRONG_KEY, Farewell, Fleet, Message
 from .guard import HEADERS, PageFile, is_our_host, is_our_origin, is_teachers, page_files
@@ -74,8 +74,8 @@ class Hub(asyncio.Protocol):
 
     def _take(self, part: Part) -> None:
         kind, contents = part
-        if kind == FRAME:
-            self.fleet.frame(contents)
+        if kind in (FRAME, WHOLE):
+            (self.fleet.frame if kind == FRAME else self.fleet.whole)(contents)
             return
         value = json.loads(contents.decode())
         if kind == TEXT:
@@ -84,7 +84,7 @@ class Hub(asyncio.Protocol):
             self.fleet.said(value["level"], value["text"], value["robot"], value["viewers"], monotonic())
         elif kind == CONFIGURE:
             self.keys, self.hosts = value["keys"], value["hosts"]
-            self.fleet = Fleet(value["title"])
+            self.fleet = Fleet(value["title"], value.get("kind", "live"))
             self.ready.set()
 
     def _beat(self) -> None:

@@ -78,7 +78,7 @@ class Truth:
         return {
             "origins": {str(number): origin_of(origin, self._base(number))
                         for number, origin in zip(self._robots, truth["origins"]) if number is not None},
-            "cans": [[x, y, lifted] for x, y, lifted, _ in truth["cans"]],
+            "cans": [[x, y, lifted] for x, y, lifted, *_ in truth["cans"]],
         }
 
 

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from pioneer_control.client import CommandTimedOut, LinkDown, MotionCleared, Ready, SonarRange, Unmoved
+from pioneer_control.client import CommandTimedOut, LinkDown, MotionCleared, MotorsAnswered, Ready, SonarRange, Unmoved
 from pioneer_control.client.fault_flags import Level
 from pioneer_control.client.gripper import read_gripper
 from pioneer_control.client.health import TASKS, Finding
@@ -126,18 +126,24 @@ def test_events_are_told(event, level, words):
 
 
 class Outside:
-    """A feed, and what else a robot calls."""
+    """A feed, and the stage of a robot."""
 
     def __init__(self):
-        self.frames, self.changes = [], []
+        self.frames, self.changes, self.told = [], [], []
 
     def frame(self, frame):
         self.frames.append(frame)
 
+    def changed(self, robot):
+        self.changes.append(robot)
+
+    def tell(self, robot, level, text, viewers=None):
+        self.told.append((level, text, viewers))
+
 
 def test_the_pose_at_which_a_session_began_and_no_frame_before_the_page_knows_the_robot():
     outside = Outside()
-    robot = ClientRobot(1, "socket://127.0.0.1:1", outside, lambda *_: None, lambda: None)
+    robot = ClientRobot(1, "socket://127.0.0.1:1", outside, outside)
     ready = Ready(RobotIdentity("a", "Pioneer", "p3dx-sh", None, None, MODEL, True, 0.5, 1.75))
     for x, sessions in ((0.0, 1), (1.5, 2)):
         robot._on_event(ready)
@@ -153,7 +159,7 @@ def test_the_pose_at_which_a_session_began_and_no_frame_before_the_page_knows_th
 def test_who_may_command_in_the_words_of_the_page():
     """A program drives, a person takes over and locks it out, and gives it back; a lock is before all."""
     outside = Outside()
-    robot = ClientRobot(1, "socket://127.0.0.1:1", outside, lambda *_: None, lambda: outside.changes.append(1))
+    robot = ClientRobot(1, "socket://127.0.0.1:1", outside, outside)
     robot.robot.set_velocity = lambda *_: None      # it has no link
     assert robot.programs == "none" and robot.locks == ()
     robot.has_programs = True
@@ -174,3 +180,16 @@ def test_who_may_command_in_the_words_of_the_page():
     assert robot.programs == "free" and robot.locks == ()
     robot.take()
     assert robot.programs == "locked out"
+
+
+def test_what_happens_is_told_once_and_motors_that_stay_off_only_to_who_asked():
+    outside = Outside()
+    robot = ClientRobot(1, "socket://127.0.0.1:1", outside, outside)
+    for _ in range(3):
+        robot._on_event(LinkDown(LinkLostError("cable pulled"), 0.2))
+    assert outside.told == [("error", "cable pulled", None)]
+    robot.asked = 7
+    robot._on_event(MotorsAnswered(True, True, RefusedError("STOP button")))
+    assert outside.told[1:] == [("error", "STOP button", [7])]
+    robot._on_event(MotorsAnswered(True, True, None))
+    assert len(outside.told) == 2

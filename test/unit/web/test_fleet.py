@@ -284,3 +284,17 @@ def test_sixty_viewers_share_their_batches(monkeypatch):
     for robot in range(30):
         show.frame(robot)
     assert len(show.round()) == MOST_VIEWERS and len(made) == 1
+
+
+def test_a_recording_is_given_whole_to_each_viewer_once_whenever_it_comes():
+    fleet = Fleet("run.bag", "recording")
+    fleet.whole(b"\x03first")
+    fleet.arrive(1, Person(1, "v" * 16), 0.0)
+    got = dict(fleet.round(0.0, lambda number: True))
+    assert json.loads(got[1][0])["hello"]["kind"] == "recording" and got[1][-1] == b"\x03first"
+    fleet.whole(b"\x02second")
+    assert fleet.wait(0.1) <= 0
+    assert dict(fleet.round(0.1, lambda number: True)) == {1: [b"\x02second"]}
+    fleet.arrive(2, Person(2, "w" * 16), 0.2)
+    assert dict(fleet.round(0.2, lambda number: True))[2][1:] == [b"\x03first", b"\x02second"]
+    assert dict(fleet.round(0.3, lambda number: True)) == {}

@@ -11,7 +11,8 @@ from pioneer_control.errors import PioneerError
 from pioneer_control.web import owner as owner_module
 from pioneer_control.web.backend import Person
 from pioneer_control.web.exchange import BEAT_MESSAGE, CONFIGURE, GONE, ORDER, SAID, Unpacker, packed, packed_json
-from pioneer_control.web.owner import Owner, Told, listen
+from pioneer_control.web.owner import Owner, Told
+from pioneer_control.web.site import listen
 
 LIMIT = 20.0        # s
 TEACHER, VISITOR = Person(1, "t" * 16, "T", True), Person(2, "v" * 16)
@@ -65,7 +66,7 @@ def said(monkeypatch):
     """Run an owner without robots, with actors as servers. Gives what it says to the person at the terminal."""
     monkeypatch.setattr(owner_module, "ServerProcess", Actor)
     sentences, Actor.all = [], []
-    owner = Owner([], [], Told({"k": True}, "title", ["localhost"]), say=sentences.append)
+    owner = Owner([], Told({"k": True}, "title", ["localhost"]), say=sentences.append)
     thread = threading.Thread(target=owner.run)
     thread.start()
     yield sentences
@@ -77,7 +78,8 @@ def said(monkeypatch):
 
 
 def test_a_new_server_is_told_keys_and_title_first(said):
-    assert wait_for_server(0).hear(CONFIGURE) == {"keys": {"k": True}, "title": "title", "hosts": ["localhost"]}
+    assert wait_for_server(0).hear(CONFIGURE) == {
+        "keys": {"k": True}, "title": "title", "hosts": ["localhost"], "kind": "live"}
 
 
 @pytest.mark.parametrize("nonsense", [

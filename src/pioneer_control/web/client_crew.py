@@ -1,0 +1,40 @@
+"""The robots whose ports were named, and the map of simulated ones: what the page shows without ROS."""
+
+from time import monotonic
+from typing import Any, List, Optional, Sequence
+
+from ..client.tcp import tcp_address
+from .client_robot import ClientRobot
+from .owner import Owner
+from .truth import TruthLine
+
+
+class ClientCrew:
+    """Gives an owner its robots, with the numbers 1 and up, and listens to their simulator.
+
+    Args:
+        urls: the ports of the robots.
+        truth: path of the socket at which their simulator tells the truth; None without one.
+        owner: gets the robots.
+        options: more arguments for each Robot.
+    """
+
+    def __init__(self, urls: Sequence[str], truth: Optional[str], owner: Owner, **options: Any) -> None:
+        self.robots: List[ClientRobot] = [
+            ClientRobot(number, url, owner.outbox, owner, truth is not None, **options)
+            for number, url in enumerate(urls, 1)]
+        addresses = [(robot.number, tcp_address(url)) for robot, url in zip(self.robots, urls)]
+        self._truth = None if truth is None else TruthLine(
+            truth, {address[1]: number for number, address in addresses if address is not None},
+            lambda number: self.robots[number - 1].base, owner.outbox)
+        owner.keep(self.robots)
+
+    def look(self) -> None:
+        """Listen to the simulator. The owner calls this in each of its turns."""
+        if self._truth is not None:
+            self._truth.turn(monotonic())
+
+    def close(self) -> None:
+        """Listen no more."""
+        if self._truth is not None:
+            self._truth.close()
