@@ -135,7 +135,8 @@ def test_shared_with_other_machines(tmp_path):
         _, errors = process.communicate(timeout=LIMIT)
     others = [line for line in lines if line.startswith("For others:")]
     teacher, = [line for line in lines if line.startswith("For you")]
-    assert others and process.returncode == 0 and "encrypted" in errors and "can see the robots and drive them" in errors
+    assert others and process.returncode == 0
+    assert "encrypted" in errors and "can see the robots and drive them" in errors
     assert others[0].split("#")[1] != teacher.split("#")[1]
 
 

@@ -42,8 +42,8 @@ ROOMS = {
     "bags": {"message_values", "parameters", "port_url", "ros_node", "standard_messages", "whole_file", "pictures",
              "p2os", "robots", "msg"},
     # no simulator: the page shows it as it shows any robot, and starts it as a program
-    "web": {"interrupt", "message_values", "parameters", "port_url", "ros_node", "p2os", "robots", "client", "bags",
-            "msg"},
+    "web": {"interrupt", "message_values", "parameters", "port_url", "ros_node", "whole_file", "p2os", "robots",
+            "client", "bags", "msg"},
 }
 # Files that may use ROS, by the start of their path in the package.
 ROS_PLACES = ("ros_node.py", "standard_messages.py", "driver/", "tutorial/", "bags/", "teleop/node.py",

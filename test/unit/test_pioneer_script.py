@@ -7,6 +7,7 @@ import shutil
 import signal
 import socket
 import subprocess
+import time
 import xml.etree.ElementTree as ElementTree
 
 import pytest
@@ -27,9 +28,11 @@ TOOLS = {
         mkdir -p "$2/devel/pioneer_control/bags"
         touch "$2/devel/pioneer_control/__init__.py" "$2/devel/pioneer_control/bags/__init__.py"
         echo "import sys; open(sys.argv[3], 'w').write('picture')" >"$2/devel/pioneer_control/bags/draw.py"
+        echo "import sys; print('the page of', sys.argv[1:])" >"$2/devel/pioneer_control/web.py"
         echo "export PYTHONPATH='$2/devel'" >"$2/devel/setup.bash"''',
     "roslaunch": r'''
         echo "roslaunch $* $ROS_MASTER_URI" >>"$CALLS"
+        echo "$PIONEER_WEB_KEY" >"$CALLS.key"
         for argument; do case $argument in bag:=*) bag=${argument#bag:=} ;; esac; done
         trap 'echo "|INFO| It stops."; echo bag >"$bag"; exit' INT
         echo "SUMMARY"; echo "|INFO| looking for a robot on /tmp/line"
@@ -231,7 +234,54 @@ def test_a_run_narrates_and_leaves_bag_and_picture(clone):
     assert "It drives." in output and "SUMMARY" not in output and "looking for" not in output
     (bag,), (picture,) = (clone.folder / "runs").glob("*.bag"), (clone.folder / "runs").glob("*.png")
     assert output.endswith("bag      %s\npicture  %s\n" % (bag, picture))
-    assert "bag:=%s world:=office" % bag in clone.calls[-1]
+    assert "bag:=%s page_port:=8080 world:=office" % bag in clone.calls[-1]
+
+
+def page_of(output):
+    """Return port and key of the address that a run printed."""
+    return re.search(r"in a browser: http://127.0.0.1:(\d+)/#(\w+)$", output, re.MULTILINE).groups()
+
+
+def test_a_run_says_where_it_can_be_watched_and_keeps_the_key_to_itself(clone):
+    _, output = clone.run("run")
+    port, key = page_of(output)
+    assert port == "8080" and len(key) == 32
+    assert (clone.calls_file.parent / "calls.key").read_text().strip() == key
+    assert not any(key in call for call in clone.calls)
+    assert key not in (clone.folder / "build" / "log" / "run.log").read_text()
+    assert page_of(clone.run("run")[1])[1] != key
+
+
+def test_another_port_is_taken_when_somebody_has_the_usual_one(clone):
+    _, output = clone.run("run", USERS_AT="0", PORT_OF_USERS="1F90")    # 8080
+    port, _ = page_of(output)
+    assert port != "8080" and "page_port:=%s " % port in clone.calls[-1]
+
+
+def test_a_run_without_a_page_names_none(clone):
+    assert "in a browser" not in clone.run("run", "page:=false")[1]
+
+
+def test_a_run_opens_the_browser_when_the_page_is_there(clone, tmp_path):
+    opened = tmp_path / "opened"
+    browser = clone.tools / "browser"
+    browser.write_text('#!/bin/bash\necho "$1" >>%s\n' % opened)
+    browser.chmod(0o755)
+    process = clone.start("run", "--browser", USERS_AT="0", PORT_OF_USERS="1F90", HANGING="1",
+                          BROWSER="%s %%s" % browser)
+    port = next(int(page_of(line)[0]) for line in process.stdout if "in a browser" in line)
+    with socket.create_server(("127.0.0.1", port)):     # now the page is there
+        end = time.monotonic() + 60
+        while not opened.exists() and time.monotonic() < end:
+            time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=60)
+    assert opened.read_text().startswith("http://127.0.0.1:%d/#" % port)
+
+
+def test_the_page_gets_its_arguments(clone):
+    status, output = clone.run("web", "run.bag", "--port", "0")
+    assert status == 0 and output.endswith("the page of ['run.bag', '--port', '0']\n")
 
 
 def test_a_run_without_a_bag_is_a_failure(clone):

@@ -94,7 +94,8 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     Returns:
         The exit status: 0 when the picture is written, 2 after an error, 130 after Ctrl-C.
     """
-    options = parser_of("draw_run", "Draw a report of a recorded run on one page, or compare several runs.",
+    options = parser_of("draw_run", "Draw a report of a recorded run on one page, or compare several runs. "
+                        "(draw_run --html makes a page that plays the run in a browser: see draw_run --html --help.)",
                         OPTIONS).parse_args(arguments)
     try:
         chosen = wanted(options.bag, options.robot, options.parts)

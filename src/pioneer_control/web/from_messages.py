@@ -21,6 +21,8 @@ SONAR_LIVES = 2.0
 """Time (s) after which a robot without a sonar message counts as one whose sonar is off."""
 LOG_LEVELS = {4: "warn", 8: "error", 16: "error"}
 """The levels of rosgraph_msgs/Log that the page shows."""
+DECISION_LIVES = 1.5
+"""Time (s) after which a decision is shown no more: the program that decides does so about ten times a second."""
 MAP_FREE, MAP_OCCUPIED, MAP_UNKNOWN = 0, 1, 2
 
 Pose = Tuple[float, float, float]
@@ -42,6 +44,14 @@ class ShownTopic(NamedTuple):
 
     type: str
     take: Callable[[Any, Any, float], None]
+
+
+class Decided(NamedTuple):
+    """The newest decision of a program: its time (s), which wander of the program it belongs to, and its text."""
+
+    time: float
+    wander: int
+    told: Dict[str, str]
 
 
 class RobotPicture:
@@ -76,8 +86,7 @@ class RobotPicture:
         self._battery: Dict[str, Any] = {}
         self._faults: Dict[str, Dict[str, str]] = {}
         self._battery_level = "ok"
-        self._decision: Optional[Dict[str, str]] = None
-        self._wander: Optional[int] = None
+        self._decision = Decided(-math.inf, -1, {})
         self._helm: Any = None
 
     # What it shows
@@ -118,10 +127,11 @@ class RobotPicture:
                           int(flags | FrameFlags.SONAR if has_sonar else flags), self._gripper,
                           self._sonar if has_sonar else tuple(None for _ in self._sonar))
 
-    def status(self, link: str = "ok", lost: str = "", rate: float = 0.0) -> Dict[str, Any]:
+    def status(self, now: float, link: str = "ok", lost: str = "", rate: float = 0.0) -> Dict[str, Any]:
         """Return the text ``status``.
 
         Args:
+            now: the present time (s).
             link: "ok", or what there is instead.
             lost: why there is no link, in words.
             rate: poses in a second.
@@ -129,7 +139,8 @@ class RobotPicture:
         return {
             "robot": self.number, "link": link, **({"lost": lost} if lost else {}),
             "battery": dict(self._battery, level=self._battery_level) if self._battery else None,
-            "faults": list(self._faults.values()), "decision": self._decision,
+            "faults": list(self._faults.values()),
+            "decision": self._decision.told if now - self._decision.time < DECISION_LIVES else None,
             "counts": {"sips_per_second": round(rate, 1), "bad_checksums": 0, "reconnects": 0}}
 
     @property
@@ -223,10 +234,10 @@ class RobotPicture:
 
     def _take_decision(self, message: Any, now: float) -> None:
         doing, _, why = message.reason.partition(":")
-        before, self._decision = self._decision, {"doing": doing.strip(), "why": why.strip()}
-        if before is None or before["doing"] != self._decision["doing"] or message.wander != self._wander:
+        told = {"doing": doing.strip(), "why": why.strip()}
+        before, self._decision = self._decision, Decided(now, message.wander, told)
+        if before.wander != message.wander or before.told["doing"] != told["doing"]:
             self._happen("decision", "info", message.reason)
-        self._wander = message.wander
 
     def _take_info(self, message: Any, now: float) -> None:
         self._info = message

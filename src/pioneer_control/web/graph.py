@@ -132,7 +132,7 @@ class GraphRobot:
             silent = now - self.picture.pose_at
             self._poses = [time for time in self._poses if now - time < 4.0]
             lost = "" if silent < LOST else "no pose has come for %.0f s: does its driver run?" % min(silent, 9999.0)
-            status = self.picture.status("looking for the robot" if lost else "ok", lost, len(self._poses) / 4.0)
+            status = self.picture.status(now, "looking for the robot" if lost else "ok", lost, len(self._poses) / 4.0)
         if dict(status, counts=None, lost=None) == dict(before, counts=None, lost=None) and now - told_at < 5.0:
             return None
         self._status = (status, now)

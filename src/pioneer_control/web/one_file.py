@@ -5,15 +5,27 @@ A browser loads no modules from file://, so the modules become one classic scrip
 function``, and because no name is used twice in all of them. A module that does otherwise is refused.
 """
 
+import base64
 import json
+import os
 import pathlib
 import re
-from typing import Any, Dict, List, Mapping
+import sys
+from typing import Any, Dict, List, Mapping, Optional, Sequence
 
-from ..errors import UsageError
+from ..bags.command_line import Progress, in_order, parser_of, say, stem
+from ..errors import PioneerError, UsageError
+from ..whole_file import writing
+from .recorded import Recording, read_recording
 
 PAGE = pathlib.Path(__file__).resolve().parent / "page"
 START = "main.js"
+OPTIONS: Dict[str, Dict[str, Any]] = {
+    "bag": dict(nargs="+", help="the bag; if there are several, the parts of one recording"),
+    "--html": dict(action="store_true", required=True, help="write one HTML file that plays the run in a browser"),
+    "-o --output": dict(metavar="FILE", help="the file to write (default: beside the first bag, .html)"),
+    "--title": dict(help="what the page is called (default: the name of the bag)"),
+}
 _IMPORT = re.compile(r'^import \{([\w$, ]+)\} from "\./([\w-]+\.js)";\n', re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=(?:async )?function |class |const )", re.MULTILINE)
 _LEFT = re.compile(r"^\s*(?:import|export)\b.*|\bimport\(.*", re.MULTILINE)
@@ -110,3 +122,39 @@ def one_file(recording: Mapping[str, Any], page: pathlib.Path = PAGE) -> str:
         raise UsageError("script or style has a </, which could end its element")
     return html.replace(_STYLE, "<style>\n%s</style>\n" % style).replace(_SCRIPT, "") + (
         '<script type="application/json" id="recording">%s</script>\n<script>\n%s</script>\n' % (inside, script))
+
+
+def recording_inside(recording: Recording) -> Dict[str, Any]:
+    """Return the value of ``recording`` for one file: with the columns of each robot inside, as base64."""
+    columns = [dict(entry, data=base64.b64encode(message[3:]).decode())
+               for entry, message in zip(recording.value["columns"], recording.columns)]
+    return dict(recording.value, columns=columns)
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> int:
+    """Write the HTML file of a run that the command line names: ``draw_run --html RUN.bag``.
+
+    Returns:
+        The exit status: 0 when the file is written, 2 after an error, 130 after Ctrl-C.
+    """
+    options = parser_of("draw_run --html", "Make a page of a recorded run that plays in a browser, without a server.",
+                        OPTIONS).parse_args(arguments)
+    output = options.output or stem(options.bag[0]) + ".html"
+    try:
+        name = options.title or os.path.basename(stem(options.bag[0]))
+        bags = in_order(options.bag) if len(options.bag) > 1 else options.bag
+        with Progress(os.path.basename(bags[0])) as progress:
+            recording = read_recording(bags, name, progress)
+        with writing(output) as part, open(part, "w", encoding="utf-8") as file:
+            file.write(one_file(recording_inside(recording)))
+    except (PioneerError, OSError) as error:
+        print("draw_run: %s" % error, file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+    say(output)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

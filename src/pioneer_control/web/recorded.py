@@ -71,7 +71,7 @@ class RecordedRobot:
 
     def tell(self, now: float) -> None:
         """Keep the texts that have changed, and what has happened."""
-        self._tell("status", now, self.picture.status(), STATUS_EVERY)
+        self._tell("status", now, self.picture.status(now), STATUS_EVERY)
         if self.picture.helm is not None:
             self._tell("helm", now, helm_text(self.picture.number, self.picture.helm, LIMIT, INPUTS))
         for happening in self.picture.happened:
