@@ -27,8 +27,9 @@ def all_of_it(tmp_path):
 
 
 def driving(viewer, robot, heard):
-    """Let a viewer hold a key until the robot really moves."""
+    """Let a viewer hold a key until the robot really moves. A hand that was on a key before has let go."""
     viewer.switch_motors_on()
+    viewer.drive(forward=0.0)
     viewer.hold()
     until(lambda: robot.firmware.velocity[0] > 0.1, "it drives: %s" % viewer.texts[-3:])
     assert heard.moves(0.0)
@@ -117,7 +118,7 @@ def test_a_stopped_web_server_stops_the_robot_and_what_it_queued_moves_nothing(a
         viewer.let_go()
         going_on = time.monotonic()
         os.kill(pid, signal.SIGCONT)
-        until(lambda: viewer.said("picture"), "the queued velocities are refused: %s" % viewer.texts[-3:])
+        until(lambda: viewer.said("let go"), "the queued velocities are refused: %s" % viewer.texts[-3:])
         stamp = viewer.frames[1].stamp
         until(lambda: viewer.frames[1].stamp != stamp, "the picture goes on")
         assert heard.moves(going_on) == [] and stands(robot)

@@ -63,17 +63,19 @@ class Site:
         base, key: the page's address, without and with its key.
     """
 
-    def __init__(self, folder, *arguments, port=0):
-        page = folder / "page"
-        page.mkdir(exist_ok=True)
-        (page / "index.html").write_text("<!doctype html><title>page</title>")
-        (page / "app.js").write_text("// the page")
-        (folder / "secret.txt").write_text("secret")
+    def __init__(self, folder, *arguments, port=0, page="stand-in"):
+        if page is not None:    # else that of the package
+            page = folder / "page"
+            page.mkdir(exist_ok=True)
+            (page / "index.html").write_text("<!doctype html><title>page</title>")
+            (page / "app.js").write_text("// the page")
+            (folder / "secret.txt").write_text("secret")
+            arguments += "--folder", str(page)
         self.log = folder / ("log-%d" % time.monotonic_ns())
         self.began = time.monotonic()
         with open(str(self.log), "w") as log:
             self.process = subprocess.Popen(
-                [sys.executable, "-m", "pioneer_control.web", "--port", str(port), "--folder", str(page), *arguments],
+                [sys.executable, "-m", "pioneer_control.web", "--port", str(port), *arguments],
                 stdout=subprocess.PIPE, stderr=log, universal_newlines=True)
         first = self.process.stdout.readline()
         assert "http" in first, first + self.errors

@@ -17,7 +17,9 @@ until LEASE s after the last. A teacher takes it from a visitor. All orders but 
 the newest frame on the person's screen: when this is older than PICTURE s, they are refused, because nobody knows how
 long they were under way.
 
-Who holds a key down while the robot is unlocked must let go first: an unlock alone moves nothing.
+A hand must go on without a gap. When a velocity ran out or was refused (a lock, a page that hung, a network that was
+dark), the same visitor must let go first, with a zero, before the next one counts: nothing moves by itself because a
+key is still held when the trouble ends. A page that died without a zero is such a hand, too.
 """
 
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Tuple
@@ -31,8 +33,8 @@ from .orders import (ALL, DriveOrder, GripperOrder, HelmOrder, LimitOrder, Motor
 LEASE = 2.0             # s after the last order that needs the seat
 FRESH = 0.4             # s: the oldest stamp with which a person may drive
 PICTURE = 2.0           # s: the oldest picture with which a person may give other orders
-LET_GO = 0.5            # s without a velocity: the hand is gone
 SLOW = 0.2              # m/s: the first limit of each robot
+MOST_HANDS = 200        # visitors of whom one seat remembers that they have not let go
 
 Answer = Tuple[int, str]
 """The number of a robot that did not obey, and why."""
@@ -57,8 +59,8 @@ class Seat:
         self.until = 0.0
         self.moved_until = 0.0
         """Time until which a velocity of the person lives."""
-        self.hands: Dict[int, float] = {}
-        """Viewers whose velocity was refused because of a lock, and until when they count as holding a key down."""
+        self.hands: Dict[str, None] = {}
+        """Visitors whose last word was a velocity, not a zero: their hand is on a key. The oldest come first."""
 
     @property
     def limits(self) -> Tuple[float, float]:
@@ -120,7 +122,6 @@ class Seats:
     def left(self, viewer: int, now: float) -> None:
         """Stop the robots that this viewer drives: its connection is gone. The seats stay until their time is up."""
         for seat in self._seats.values():
-            seat.hands.pop(viewer, None)
             if seat.person is not None and seat.person.viewer == viewer and now < seat.moved_until:
                 seat.moved_until = now
                 seat.controls.stop()
@@ -128,7 +129,6 @@ class Seats:
     def lost(self, now: float) -> None:
         """Stop all robots that persons drive: nobody hears the viewers any more."""
         for seat in self._seats.values():
-            seat.hands.clear()
             if now < seat.moved_until:
                 seat.moved_until = now
                 seat.controls.stop()
@@ -157,8 +157,6 @@ class Seats:
 
     def _obey(self, person: Person, seat: Seat, order: HelmOrder, now: float) -> None:
         if isinstance(order, StopOrder):
-            if now < seat.moved_until and seat.person is not None:      # this hand must let go before it drives again
-                seat.hands[seat.person.viewer] = now + LET_GO
             seat.moved_until = now
             seat.controls.lock()
         elif isinstance(order, DriveOrder):
@@ -170,21 +168,24 @@ class Seats:
             self._do(person, seat, order, now)
 
     def _drive(self, person: Person, seat: Seat, order: DriveOrder, now: float) -> None:
-        self._check_seat(person, seat, now)
         if not order.forward and not order.turn:
-            seat.hands.pop(person.viewer, None)
+            seat.hands.pop(person.visitor, None)
+            self._check_seat(person, seat, now)
             if now < seat.moved_until:
                 seat.moved_until = now
                 self._sit(person, seat, now)
                 seat.controls.stop()
             return
+        was_on = person.visitor in seat.hands
+        seat.hands[person.visitor] = None
+        if len(seat.hands) > MOST_HANDS:
+            del seat.hands[next(iter(seat.hands))]
+        self._check_seat(person, seat, now)
         if seat.controls.locks:
-            seat.hands[person.viewer] = now + LET_GO
             raise RefusedError("locked (%s): unlock it first" % ", ".join(seat.controls.locks))
-        if now < seat.hands.get(person.viewer, 0.0):
-            seat.hands[person.viewer] = now + LET_GO
-            raise RefusedError("it was locked: let go, then drive again")
-        seat.hands.pop(person.viewer, None)
+        goes_on = now < seat.moved_until and seat.person is not None and seat.person.visitor == person.visitor
+        if was_on and not goes_on:
+            raise RefusedError("the robot was stopped meanwhile: let go, then drive again")
         if stamp_age(order.stamp, now) > FRESH:
             raise RefusedError("refused: the picture was more than %g s old" % FRESH)
         linear, angular = seat.limits

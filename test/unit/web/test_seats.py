@@ -7,7 +7,7 @@ from pioneer_control.web.backend import VELOCITY_LIVES, Person
 from pioneer_control.web.frames import stamp_of
 from pioneer_control.web.orders import (
     DriveOrder, GripperOrder, LimitOrder, MotorsOrder, ReleaseOrder, StopOrder, TakeOrder, UnlockOrder)
-from pioneer_control.web.seats import FRESH, LEASE, LET_GO, PICTURE, SLOW, Seats
+from pioneer_control.web.seats import FRESH, LEASE, MOST_HANDS, PICTURE, SLOW, Seats
 
 
 class Machine:
@@ -128,6 +128,7 @@ def test_one_seat_and_its_lease(room):
     assert room.drives(BOB) != []
     room.now += 0.02
     assert room.told().value["commander"] == "" and room.told().seat == ""
+    room.drives(BOB, forward=0.0)
     assert room.drives(BOB) == [] and room.told().seat == BOB.visitor
 
 
@@ -186,17 +187,46 @@ def test_who_holds_the_key_through_an_unlock_must_let_go(room):
     assert room.drives(ADA) == [] and len(room.one.told) == before + 1
 
 
-def test_who_pressed_it_only_while_locked_must_let_go_too_and_a_pause_is_letting_go(room):
+@pytest.mark.parametrize("pause", [0.0, 1.0, 3600.0])
+def test_who_pressed_it_only_while_locked_must_let_go_too_and_a_pause_is_not_letting_go(room, pause):
     room.does(BOB, StopOrder(1))
     room.drives(ADA)
     room.does(BOB, UnlockOrder(1))
+    room.now += pause
     assert "let go" in room.drives(ADA)[0]
-    room.now += LET_GO + 0.01
+    room.drives(ADA, forward=0.0)
     assert room.drives(ADA) == []
+
+
+def test_a_hand_that_was_silent_too_long_must_let_go(room):
+    """A page that hung, a network that was dark, a computer that slept: its key is still held."""
+    room.drives(ADA)
+    room.now += VELOCITY_LIVES + 0.01
+    told = len(room.one.told)
+    assert "let go" in room.drives(ADA)[0] and len(room.one.told) == told
+    again = ADA._replace(viewer=99)     # the page connected anew
+    assert "let go" in room.drives(again)[0]
+    room.drives(again, forward=0.0)
+    assert room.drives(again) == []
+
+
+def test_a_hand_that_waited_for_the_seat_must_let_go(room):
+    room.drives(ADA)
+    assert "Ada" in room.drives(BOB)[0]
+    room.drives(ADA, forward=0.0)
+    room.now += LEASE + 0.1
+    assert "let go" in room.drives(BOB)[0]
+
+
+def test_hands_of_very_many_visitors_take_no_memory(room):
+    for number in range(3 * MOST_HANDS):
+        room.drives(ADA._replace(visitor="v%015d" % number))
+    assert len(room.seats._seats[1].hands) <= MOST_HANDS
 
 
 def test_who_did_not_drive_may_begin_after_an_unlock(room):
     room.drives(ADA)
+    room.drives(ADA, forward=0.0)
     room.now += LEASE + 0.1
     room.does(BOB, StopOrder(1))
     room.does(BOB, UnlockOrder(1))
