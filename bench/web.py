@@ -1,0 +1,150 @@
+#!/usr/bin/python3
+"""From the hand to the wire and from the wire to the picture, in a real browser; and until zero when something dies.
+
+    python3 bench/web.py                    # all of it, each way to die ten times: some minutes
+    python3 bench/web.py --times 3          # each way to die three times
+    python3 bench/web.py --only key,picture # key, picture, deaths, start
+
+Robot, owner, web server and Chromium (headless, software rendering) are on this machine. The page's clock and the
+owner's are compared by the computer's own clock. bench/web.md has the measurements, bench/page.py what many viewers
+cost.
+"""
+
+import argparse
+import pathlib
+import random
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from typing import Callable, Dict, List, Sequence
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+for folder in ("src", "test/integration", "test/browser"):
+    sys.path.insert(0, str(ROOT / folder))
+
+from page_driver import start_browser
+from real_time import until
+from ways_to_die import WAYS, DrivenPage
+
+SAMPLES = 200       # keys pressed and released, and pictures drawn
+STARTS = 5
+
+# In the page: notes by the computer's clock when each frame was drawn: at the end of the first picture after it came.
+NOTE_DRAWN = """
+(() => {
+    const came = [], {get, set} = Object.getOwnPropertyDescriptor(WebSocket.prototype, "onmessage");
+    window.drawn = [];
+    Object.defineProperty(WebSocket.prototype, "onmessage", {get, set(take) {
+        set.call(this, event => {
+            if (event.data instanceof ArrayBuffer && new Uint8Array(event.data)[0] === 1) {
+                const view = new DataView(event.data);
+                if (view.getUint16(7, true) < 20) came.push(view.getUint32(3, true));   // not repeated
+            }
+            take.call(this, event);
+        });
+    }});
+    const request = window.requestAnimationFrame;
+    window.requestAnimationFrame = draw => request.call(window, time => {
+        draw(time);
+        const at = performance.timeOrigin + performance.now();
+        while (came.length) window.drawn.push([came.shift(), at]);
+    });
+})();
+"""
+
+
+def row(name: str, values: Sequence[float], limit: str) -> str:
+    """Return one row of the table: median, 95 % and worst in ms."""
+    ordered = sorted(1000 * value for value in values)
+    return "| %s | %d | %.1f | %.1f | %.1f | %s |" % (
+        name, len(ordered), statistics.median(ordered), ordered[int(0.95 * (len(ordered) - 1))], ordered[-1], limit)
+
+
+def picture(folder: pathlib.Path) -> List[str]:
+    """Measure from the arrival of a packet at the client until the page has drawn it."""
+    with DrivenPage(folder) as page:
+        page.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": NOTE_DRAWN})
+        page.drive()
+        page.driver.execute_script("window.drawn.length = 0")
+        until(lambda: page.driver.execute_script("return window.drawn.length") >= SAMPLES, "pictures")
+        offset_ms = 1000 * (time.time() - time.monotonic())
+        drawn = page.driver.execute_script("return window.drawn")
+    delays = [((at - offset_ms - stamp) % 2 ** 32) / 1000 for stamp, at in drawn]
+    return [row("packet to drawn, 1 robot, 1 viewer", delays, "25")]
+
+
+def keys(folder: pathlib.Path) -> List[str]:
+    """Measure from a key pressed until its velocity, and from its release until zero, is on the wire."""
+    pressed, released = [], []
+    with DrivenPage(folder) as page:
+        page.drive()
+        for _ in range(SAMPLES // 2):
+            at = time.monotonic()
+            page.key("keyUp")
+            released.append(until(lambda: page._zero_since(at), "zero on the wire") - at)
+            time.sleep(random.uniform(0.1, 0.3))    # a hand does not press again in the same moment
+            at = time.monotonic()
+            page.key("keyDown")
+            pressed.append(until(lambda: page.heard.moves(at), "a velocity on the wire")[0] - at)
+    return [row("key pressed to velocity on the wire", pressed, "25"),
+            row("key released to zero on the wire", released, "20")]
+
+
+def deaths(folder: pathlib.Path, times: int) -> List[str]:
+    """Measure each way to die: the time until zero, and count velocities that came afterwards by themselves."""
+    rows = []
+    for name, way in WAYS.items():
+        found = []
+        for _ in range(times):
+            with DrivenPage(folder) as page:
+                page.drive()
+                found.append(page.dies(way))
+        moved = sum(death.moves_afterwards for death in found)
+        rows.append(row(name.replace("_", " "), [death.until_zero for death in found],
+                        "600; %d velocities afterwards" % moved))
+    return rows
+
+
+def start(folder: pathlib.Path) -> List[str]:
+    """Measure from the start of the program until a browser that is open already has drawn the robot."""
+    found = []
+    driver = start_browser()
+    try:
+        for _ in range(STARTS):
+            began = time.monotonic()
+            program = subprocess.Popen([sys.executable, "-m", "pioneer_control.web", "--port", "0"],
+                                       stdout=subprocess.PIPE, universal_newlines=True, cwd=str(ROOT / "src"))
+            assert program.stdout is not None
+            address = program.stdout.readline().split()[-1]
+            driver.get(address)
+            until(lambda: driver.execute_script(
+                "const e = document.getElementById('age'); return e && /\\d/.test(e.textContent)"), "a picture")
+            found.append(time.monotonic() - began)
+            program.terminate()
+            program.wait()
+    finally:
+        driver.quit()
+    return [row("start of the page with a simulated robot to its first picture", found, "2000")]
+
+
+PARTS: Dict[str, Callable[..., List[str]]] = {"picture": picture, "key": keys, "start": start, "deaths": deaths}
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Measure, and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--times", type=int, default=10, help="how often each way to die (default: %(default)s)")
+    parser.add_argument("--only", default=",".join(PARTS), help="parts, with commas: %s" % ",".join(PARTS))
+    options = parser.parse_args(arguments)
+    print("| what | times | median, ms | 95 % | worst | limit |\n|---|---|---|---|---|---|")
+    with tempfile.TemporaryDirectory() as folder:
+        for name in options.only.split(","):
+            measure = PARTS[name]
+            rows = measure(pathlib.Path(folder), options.times) if measure is deaths else measure(pathlib.Path(folder))
+            print("\n".join(rows), flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
