@@ -2,7 +2,6 @@
 people.
 """
 
-import os
 import signal
 import socket
 import subprocess
@@ -12,11 +11,10 @@ import time
 import pytest
 
 from pioneer_control.simulator.firmware import FirmwareState
-from pioneer_control.web.exchange import BEAT_MESSAGE, CONFIGURE, FRAME, ORDER, Unpacker, packed, packed_json
+from pioneer_control.web.exchange import BEAT_MESSAGE, FRAME, ORDER, packed, packed_json
 from pioneer_control.web.frames import RobotFrame, encode_frame, stamp_of
-from pioneer_control.web.site import listen
 
-from web_site import Site, Viewer, is_alive, site_with_robot
+from web_site import Alone, Site, Viewer, is_alive, site_with_robot
 from real_time import LIMIT, until
 
 
@@ -141,42 +139,6 @@ def test_shared_with_other_machines(tmp_path):
 
 
 # The server alone: the test is its owner
-
-class Alone:
-    """A web server whose owner is the test."""
-
-    def __init__(self, folder):
-        self.key = "k" * 20
-        self.sockets = listen(["127.0.0.1"], 0)
-        self.base = "http://127.0.0.1:%d/" % self.sockets[0].getsockname()[1]
-        self.end, theirs = socket.socketpair()
-        self.unpacker = Unpacker()
-        with theirs:
-            self.process = subprocess.Popen(
-                [sys.executable, "-m", "pioneer_control.web.server", str(theirs.fileno()),
-                 str(self.sockets[0].fileno()), str(folder)],
-                pass_fds=[theirs.fileno(), self.sockets[0].fileno()])
-        self.end.sendall(packed_json(CONFIGURE, {"keys": {self.key: True}, "title": "t", "hosts": ["localhost"]}))
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.end.close()
-        self.sockets[0].close()
-        try:
-            self.process.wait(LIMIT)
-        finally:
-            self.process.kill()
-
-    def hear(self):
-        """Return the next messages of the server."""
-        return self.unpacker.take(self.end.recv(65536))
-
-    def memory(self):
-        with open("/proc/%d/statm" % self.process.pid) as file:
-            return int(file.read().split()[1]) * os.sysconf("SC_PAGESIZE")
-
 
 @pytest.fixture
 def alone(tmp_path):

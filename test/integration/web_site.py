@@ -8,6 +8,7 @@ import os
 import pathlib
 import re
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -20,7 +21,9 @@ from pioneer_control.robots import find_model
 from pioneer_control.simulator.firmware import Firmware
 from pioneer_control.simulator.line import Server
 from pioneer_control.simulator.world import load_world
+from pioneer_control.web.exchange import CONFIGURE, Unpacker, packed_json
 from pioneer_control.web.frames import read_frames
+from pioneer_control.web.site import listen
 
 from real_time import LIMIT, until
 
@@ -129,6 +132,42 @@ def site_with_robot(folder, *arguments, model="p3dx-sh"):
     heard = HeardCommands(firmware)
     with Server(firmware, tcp=0) as robot, Site(folder, robot.url, *arguments) as site:
         yield site, robot, heard
+
+
+class Alone:
+    """A web server whose owner is the test."""
+
+    def __init__(self, folder):
+        self.key = "k" * 20
+        self.sockets = listen(["127.0.0.1"], 0)
+        self.base = "http://127.0.0.1:%d/" % self.sockets[0].getsockname()[1]
+        self.end, theirs = socket.socketpair()
+        self.unpacker = Unpacker()
+        with theirs:
+            self.process = subprocess.Popen(
+                [sys.executable, "-m", "pioneer_control.web.server", str(theirs.fileno()),
+                 str(self.sockets[0].fileno()), str(folder)],
+                pass_fds=[theirs.fileno(), self.sockets[0].fileno()])
+        self.end.sendall(packed_json(CONFIGURE, {"keys": {self.key: True}, "title": "t", "hosts": ["localhost"]}))
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.end.close()
+        self.sockets[0].close()
+        try:
+            self.process.wait(LIMIT)
+        finally:
+            self.process.kill()
+
+    def hear(self):
+        """Return the next messages of the server."""
+        return self.unpacker.take(self.end.recv(65536))
+
+    def memory(self):
+        with open("/proc/%d/statm" % self.process.pid) as file:
+            return int(file.read().split()[1]) * os.sysconf("SC_PAGESIZE")
 
 
 class Viewer:

@@ -30,6 +30,7 @@ pictures to browsers, and orders back. It may die or hang at any time: the robot
 ``node``           the ROS node that serves them
 ``recorded``       a bag as a recording for the page
 ``one_file``       joins the page and a recording into one HTML file
+``programs``       the programs that share robots with persons: who gets which robot
 ``program_line``   the robot's side of the line to a program that shares its robot with persons
 ``tied``           runs a program as a child that ends with its parent
 =================  ====================================================================================

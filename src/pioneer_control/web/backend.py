@@ -9,9 +9,13 @@ file              what it has
 ================  =============================================================================
 """
 
-from typing import Any, Dict, NamedTuple, Optional, Protocol, Sequence, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Protocol, Sequence, Tuple
 
+from ..errors import RefusedError
 from .trail import Trail
+
+TEACHERS = "teachers"
+"""As audience of a text: all teachers. It is no legal token of a visitor, because it is too short."""
 
 
 class Person(NamedTuple):
@@ -79,7 +83,7 @@ class Feed(Protocol):
     def frame(self, frame: bytes) -> None:
         """Take the newest frame of a robot, as frames.encode_frame() gives it."""
 
-    def text(self, kind: str, value: Any, robot: Optional[int] = None, seat: str = "") -> None:
+    def text(self, kind: str, value: Any, robot: Optional[int] = None, seat: str = "", to: str = "") -> None:
         """Take the newest text of a kind.
 
         Args:
@@ -87,6 +91,8 @@ class Feed(Protocol):
             value: its value, of what JSON knows.
             robot: the robot that it is about, for a kind that every robot has.
             seat: of the kind "helm": the visitor who has the seat.
+            to: for whom it is: a visitor, TEACHERS, or "" for all. A text for fewer goes before one for more of the
+                same kind and robot; the value None takes it back.
         """
 
     def said(self, level: str, text: str, robot: Optional[int] = None,
@@ -134,3 +140,65 @@ class Stage(Protocol):
 
     def tell(self, robot: PageRobot, level: str, text: str, viewers: Optional[Sequence[int]] = None) -> None:
         """Something happened, for the log of the page. ``viewers``: see Feed.said()."""
+
+
+class Rules(Protocol):
+    """Who may drive which robot, and what else pages may order. `Everybody` is the simplest one."""
+
+    def known(self, person: Person) -> Person:
+        """Return a person with the name that others see."""
+
+    def may(self, person: Person, robot: int) -> bool:
+        """Return whether a robot is there for a person."""
+
+    def who(self, robot: int) -> str:
+        """Return the name of the person whose robot it is; "" if it is everybody's. Any thread may call it."""
+
+    def audience(self, robot: int) -> Sequence[str]:
+        """Return those who may drive a robot, as Feed.text() takes them in ``to``."""
+
+    def viewers(self, robot: int) -> Optional[List[int]]:
+        """Return the viewers who are told what happens to a robot; None for all. Any thread may call it."""
+
+    def came(self, person: Person) -> None:
+        """A viewer has come."""
+
+    def left(self, viewer: int) -> None:
+        """A viewer is gone."""
+
+    def obey(self, person: Person, order: Any) -> None:
+        """Do an order that is not about driving. Raises a PioneerError that says for people why not."""
+
+
+class Everybody:
+    """The Rules without a class: all robots are there for everybody who has a key of the page."""
+
+    def known(self, person: Person) -> Person:
+        """Return the person: the name is the one that the person said."""
+        return person
+
+    def may(self, person: Person, robot: int) -> bool:
+        """Return True."""
+        return True
+
+    def who(self, robot: int) -> str:
+        """Return "": a robot is everybody's."""
+        return ""
+
+    def audience(self, robot: int) -> Sequence[str]:
+        """Return all."""
+        return ("",)
+
+    def viewers(self, robot: int) -> Optional[List[int]]:
+        """Return None: all are told everything."""
+        return None
+
+    def came(self, person: Person) -> None:
+        """Do nothing."""
+
+    def left(self, viewer: int) -> None:
+        """Do nothing."""
+
+    def obey(self, person: Person, order: Any) -> None:
+        """Raise RefusedError: such orders are for a class."""
+        raise RefusedError("refused: this is no class")

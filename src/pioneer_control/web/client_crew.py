@@ -1,11 +1,14 @@
 """The robots whose ports were named, and the map of simulated ones: what the page shows without ROS."""
 
+import functools
 from time import monotonic
 from typing import Any, List, Optional, Sequence
 
 from ..client.tcp import tcp_address
 from .client_robot import ClientRobot
 from .owner import Owner
+from .program_line import ProgramLine
+from .programs import SharedRobot, Wire
 from .truth import TruthLine
 
 
@@ -20,14 +23,20 @@ class ClientCrew:
     """
 
     def __init__(self, urls: Sequence[str], truth: Optional[str], owner: Owner, **options: Any) -> None:
+        wires = [Wire(owner.wake) for _ in urls]
         self.robots: List[ClientRobot] = [
-            ClientRobot(number, url, owner.outbox, owner, truth is not None, **options)
-            for number, url in enumerate(urls, 1)]
+            ClientRobot(number, url, owner.outbox, owner, truth is not None, on_wire=wire.take, **options)
+            for number, (url, wire) in enumerate(zip(urls, wires), 1)]
         addresses = [(robot.number, tcp_address(url)) for robot, url in zip(self.robots, urls)]
         self._truth = None if truth is None else TruthLine(
             truth, {address[1]: number for number, address in addresses if address is not None},
             lambda number: self.robots[number - 1].base, owner.outbox)
         owner.keep(self.robots)
+        for robot, wire in zip(self.robots, wires):
+            robot.has_programs = True
+            owner.programs.add(robot.number, SharedRobot(
+                functools.partial(_name_of, robot), wire,
+                functools.partial(ProgramLine, robot.robot, robot.steered)), owner.rules)
 
     def look(self) -> None:
         """Listen to the simulator. The owner calls this in each of its turns."""
@@ -38,3 +47,8 @@ class ClientCrew:
         """Listen no more."""
         if self._truth is not None:
             self._truth.close()
+
+
+def _name_of(robot: ClientRobot) -> str:
+    """Return the name of a robot, or its port as long as it has not answered."""
+    return str(robot.entry["name"])

@@ -8,11 +8,19 @@ kind  from          contents
 C     owner         JSON, first: ``{"keys": {key: whether it is a teacher's}, "title": text, "hosts": [names]}``
 W     owner         one binary message of a recording, which each viewer gets as it is, before all frames
 F     owner         one frame, as frames.encode_frame() gives it
-T     owner         JSON: ``{"kind": ..., "robot": number or null, "value": ..., "seat": visitor or ""}``
+T     owner         JSON: ``{"kind": ..., "robot": number or null, "value": ..., "seat": visitor or "", "to": for
+                    whom, as Feed.text() takes it}``
 S     owner         JSON: ``{"level": ..., "text": ..., "robot": number or null, "viewers": [numbers] or null (all)}``
 B     server        empty: the server lives; every BEAT s
 O     server        JSON, an order: ``{"person": [the fields of backend.Person], "message": the page's message}``
+V     server        JSON, a viewer has come: the fields of backend.Person
 G     server        JSON: the number of a viewer who is gone
+J     server        JSON, a program asks for a robot: ``{"program": number of its connection, "robot": number or null,
+                    "key": text}``
+A     owner         JSON, it has the robot: ``{"program": number, "robot": name}``
+X     owner         JSON, its connection is to be closed: ``{"program": number, "code": ..., "reason": ...}``
+P     both          bytes of a program, or for it: the number of its connection (u32), and the bytes
+Q     server        JSON: the number of a program that is gone
 ====  ============  ===================================================================================================
 """
 
@@ -25,13 +33,16 @@ from collections import deque
 from typing import Any, Deque, Dict, List, Optional, Sequence, Tuple
 
 from ..errors import UsageError
+from .guard import Farewell
 
 BEAT = 0.1                      # s between two beats of the server
 CONFIGURE, WHOLE, FRAME, TEXT, SAID = b"C", b"W", b"F", b"T", b"S"
-BEAT_MESSAGE, ORDER, GONE = b"B", b"O", b"G"
+BEAT_MESSAGE, ORDER, CAME, GONE = b"B", b"O", b"V", b"G"
+JOIN, OPENED, CLOSED, BYTES, PROGRAM_GONE = b"J", b"A", b"X", b"P", b"Q"
 LENGTH = struct.Struct("<I")
 LONGEST = 64 * 2 ** 20          # bytes: a map may be large
 MOST_WAITING = 200              # sentences
+MOST_FOR_PROGRAMS = 2000        # messages: more than come before the lines of a silent server end
 READ_SIZE = 65536
 
 Part = Tuple[bytes, bytes]
@@ -46,6 +57,23 @@ def packed(kind: bytes, contents: bytes = b"") -> bytes:
 def packed_json(kind: bytes, value: Any) -> bytes:
     """Return a message with a value as JSON."""
     return packed(kind, json.dumps(value, separators=(",", ":"), allow_nan=False).encode())
+
+
+def packed_bytes(number: int, data: bytes) -> bytes:
+    """Return the message with bytes of a program, or for it."""
+    return packed(BYTES, LENGTH.pack(number) + data)
+
+
+def bytes_of(contents: bytes) -> Tuple[int, bytes]:
+    """Return the number of a program and the bytes, of the contents of a message BYTES.
+
+    Raises:
+        ValueError: the contents are too short.
+    """
+    if len(contents) < LENGTH.size:
+        raise ValueError("a message for a program has %d bytes" % len(contents))
+    number, = LENGTH.unpack_from(contents)
+    return number, contents[LENGTH.size:]
 
 
 class Unpacker:
@@ -82,8 +110,9 @@ class Outbox:
         self._lock = threading.Lock()
         self._socket: Optional[socket.socket] = None
         self._rest = b""                                            # of a message that is under way
-        self._known: Dict[Tuple[str, Optional[int]], bytes] = {}    # the newest text of each kind
-        self._texts: Dict[Tuple[str, Optional[int]], None] = {}     # those that are not sent yet
+        self._known: Dict[Tuple[str, Optional[int], str], bytes] = {}   # the newest text of each kind
+        self._texts: Dict[Tuple[str, Optional[int], str], None] = {}    # those that are not sent yet
+        self._for_programs: Deque[bytes] = deque(maxlen=MOST_FOR_PROGRAMS)
         self._frames: Dict[int, bytes] = {}
         self._said: Deque[bytes] = deque(maxlen=MOST_WAITING)
 
@@ -93,12 +122,12 @@ class Outbox:
             self._frames[frame[0] | frame[1] << 8] = frame
             self._flush()
 
-    def text(self, kind: str, value: Any, robot: Optional[int] = None, seat: str = "") -> None:
+    def text(self, kind: str, value: Any, robot: Optional[int] = None, seat: str = "", to: str = "") -> None:
         """Send the newest text of a kind. See Feed.text()."""
-        data = packed_json(TEXT, {"kind": kind, "robot": robot, "value": value, "seat": seat})
+        data = packed_json(TEXT, {"kind": kind, "robot": robot, "value": value, "seat": seat, "to": to})
         with self._lock:
-            self._known[kind, robot] = data
-            self._texts[kind, robot] = None
+            self._known[kind, robot, to] = data
+            self._texts[kind, robot, to] = None
             self._flush()
 
     def said(self, level: str, text: str, robot: Optional[int] = None,
@@ -110,12 +139,30 @@ class Outbox:
             self._said.append(data)
             self._flush()
 
+    def open_program(self, number: int, name: str) -> None:
+        """Tell a program that it has the robot of this name."""
+        self._tell_program(packed_json(OPENED, {"program": number, "robot": name}))
+
+    def close_program(self, number: int, farewell: Farewell) -> None:
+        """Close the connection of a program."""
+        self._tell_program(packed_json(CLOSED, {"program": number, **farewell._asdict()}))
+
+    def program_bytes(self, number: int, data: bytes) -> None:
+        """Send bytes to a program."""
+        self._tell_program(packed_bytes(number, data))
+
+    def _tell_program(self, message: bytes) -> None:
+        with self._lock:
+            self._for_programs.append(message)
+            self._flush()
+
     def connect(self, end: socket.socket, first: Sequence[bytes]) -> None:
         """Use this socket, which never blocks, to a new server. It gets ``first``, then all that is known."""
         with self._lock:
             self._socket, self._rest = end, b"".join(first)
             self._texts = dict.fromkeys(sorted(self._known, key=lambda key: key[0] != "robots"))
             self._said.clear()      # for viewers of another server
+            self._for_programs.clear()
             self._flush()
 
     def disconnect(self) -> None:
@@ -142,10 +189,13 @@ class Outbox:
                 self._rest = self._rest[end.send(self._rest):]
 
     def _next(self) -> bytes:
-        """Take the next piece out of what waits: all texts, then sentences, then all frames."""
+        """Take the next piece out of what waits: all texts, all for programs, then sentences, then all frames."""
         if self._texts:
             pieces = [self._known[key] for key in self._texts]
             self._texts.clear()
+        elif self._for_programs:
+            pieces = list(self._for_programs)
+            self._for_programs.clear()
         elif self._said:
             pieces = [self._said.popleft()]
         else:

@@ -25,8 +25,9 @@ from collections import OrderedDict, deque
 from typing import Any, Callable, Deque, Dict, Iterator, List, NamedTuple, Optional, Sequence, Set, Tuple, Union
 
 from ..errors import UsageError
-from .backend import Person
+from .backend import TEACHERS, Person
 from .frames import STAMPS, frame_head, frames_message
+from .guard import TOO_MANY, TOO_SLOW, Allowance, Farewell
 from .trail import Trail
 
 BATCH = 0.025           # s
@@ -37,20 +38,11 @@ MOST_MESSAGES = 100     # a second and viewer; so many at once
 MOST_SAID = 100         # sentences that wait for one viewer
 SAME_SENTENCE = 1.0     # s in which a viewer gets the same sentence only once
 MOST_NAMES = 500        # of visitors, also of those who left
-NONSENSE, WRONG_KEY, NO_WORDS, TOO_SLOW, TOO_MANY = 4400, 4401, 4408, 4409, 4429
-"""Codes of the page's protocol with which a connection is closed."""
-OF_ROBOTS = ("status", "helm", "trail")
+OF_ROBOTS = ("status", "helm", "trail", "program")
 """Kinds of which each robot has its own text."""
 
 Key = Tuple[str, Optional[int]]
 Message = Union[str, bytes]
-
-
-class Farewell(NamedTuple):
-    """Why a connection is closed: a code of the page's protocol, and a reason for people."""
-
-    code: int
-    reason: str
 
 
 class SharedText(NamedTuple):
@@ -86,16 +78,7 @@ class Viewer:
         """How many messages of a recording it was given."""
         self.said: Deque[str] = deque()
         self.told: "OrderedDict[Tuple[Optional[int], str], float]" = OrderedDict()
-        self._tokens, self._tokens_at = float(MOST_MESSAGES), now
-
-    def spends(self, now: float) -> bool:
-        """Return whether this viewer may send one more message now, and count it."""
-        self._tokens = min(MOST_MESSAGES, self._tokens + (now - self._tokens_at) * MOST_MESSAGES)
-        self._tokens_at = now
-        if self._tokens < 1:
-            return False
-        self._tokens -= 1
-        return True
+        self.messages = Allowance(MOST_MESSAGES, now)
 
     def wants_frames(self, now: float) -> bool:
         """Return whether it acknowledged what it got, or still has time to."""
@@ -115,7 +98,7 @@ class Fleet:
         self._hello = {"title": title, "kind": kind}
         self._wholes: List[bytes] = []
         self._frames: Dict[int, NewestFrame] = {}
-        self._texts: Dict[Key, SharedText] = {}
+        self._texts: Dict[Key, Dict[str, SharedText]] = {}      # of each audience
         self._trails: Dict[int, Trail] = {}
         self._robots: Set[int] = set()
         self._count = 0             # of frames
@@ -140,19 +123,21 @@ class Fleet:
         self._wholes.append(message)
         self._fresh = True
 
-    def text(self, kind: str, value: Any, robot: Optional[int] = None, seat: str = "") -> None:
-        """Take the newest text of a kind, and give it to all viewers. See Feed.text().
+    def text(self, kind: str, value: Any, robot: Optional[int] = None, seat: str = "", to: str = "") -> None:
+        """Take the newest text of a kind, and give it to the viewers for whom it is. See Feed.text().
 
         "robots" is the list of all robots: what is kept of others is forgotten. "trail" is the way of a robot until
         now.
         """
         if kind == "trail" and robot is not None:
             self._trails[robot] = Trail(value)
+        elif value is None and to:
+            self._texts.get((kind, robot), {}).pop(to, None)
         else:
             plain = _text(kind, value)
             for_seat = _text(kind, dict(value, you=True)) if seat else plain
-            self._texts[kind, robot] = SharedText(plain, for_seat, seat)
-        self._tell((kind, robot))
+            self._texts.setdefault((kind, robot), {})[to] = SharedText(plain, for_seat, seat)
+        self._tell((kind, robot), to)
         if kind == "robots":
             self._keep({entry["robot"] for entry in value})
 
@@ -204,7 +189,7 @@ class Fleet:
 
     def hears(self, number: int, now: float) -> Optional[Farewell]:
         """Count a message from a viewer. Returns a Farewell if there are too many."""
-        if self.viewers[number].spends(now):
+        if self.viewers[number].messages.spends(1, now):
             return None
         return Farewell(TOO_MANY, "this page sent more than %d messages in a second" % MOST_MESSAGES)
 
@@ -274,9 +259,10 @@ class Fleet:
             if kind == "trail" and robot is not None:
                 trail = self._trails.get(robot, Trail())
                 texts.append(_text("trail", {"robot": robot, "points": trail.points}))
-            elif (kind, robot) in self._texts:
-                shared = self._texts[kind, robot]
-                texts.append(shared.for_seat if shared.seat == viewer.person.visitor else shared.text)
+            else:
+                shared = self._text_for(viewer.person, (kind, robot))
+                if shared is not None:
+                    texts.append(shared.for_seat if shared.seat == viewer.person.visitor else shared.text)
         texts += viewer.said
         viewer.hello = ""
         viewer.texts.clear()
@@ -299,10 +285,19 @@ class Fleet:
             viewer.unanswered[-1] = (stamp, viewer.unanswered[-1][1])
         return [message]
 
-    def _tell(self, key: Key) -> None:
+    def _text_for(self, person: Person, key: Key) -> Optional[SharedText]:
+        """Return the text of a kind for a person: of several the one that is for the fewest. None if there is none."""
+        texts = self._texts.get(key, {})
+        for audience in (person.visitor, TEACHERS if person.teacher else "", ""):
+            if audience in texts:
+                return texts[audience]
+        return None
+
+    def _tell(self, key: Key, to: str = "") -> None:
         for viewer in self.viewers.values():
-            viewer.texts[key] = None
-            self._fresh = True
+            if to in ("", viewer.person.visitor) or to == TEACHERS and viewer.person.teacher:
+                viewer.texts[key] = None
+                self._fresh = True
 
     def _keep(self, robots: Set[int]) -> None:
         """Forget everything about other robots, and tell the way of those that are new."""

@@ -209,6 +209,16 @@ def first_words(message: Mapping[str, Any]) -> FirstWords:
     return FirstWords(**_fields("the first message", message, {"key": KEY, "visitor": VISITOR}))
 
 
+def program_key(message: Mapping[str, Any]) -> str:
+    """Return the key in the first words of a program, as read_message() gives them. Raises UsageError without one.
+
+    The error never has the key.
+    """
+    if not KEY.is_legal(message.get("key")):
+        raise UsageError("the first message needs the field key: a text")
+    return str(_fields("the first message", message, {"key": KEY})["key"])
+
+
 def _fields(what: str, values: Mapping[str, Any], checks: Mapping[str, Check]) -> Dict[str, Any]:
     for name in values:
         if name not in checks:

@@ -20,10 +20,12 @@ from time import monotonic
 from typing import Any, Callable, Deque, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, cast
 
 from ..errors import PioneerError
-from .backend import PageRobot, Person
-from .exchange import CONFIGURE, GONE, ORDER, READ_SIZE, WHOLE, Outbox, Part, Unpacker, packed, packed_json
+from .backend import Everybody, PageRobot, Person, Rules
+from .exchange import (BYTES, CAME, CONFIGURE, GONE, JOIN, ORDER, PROGRAM_GONE, READ_SIZE, WHOLE, Outbox, Part,
+                       Unpacker, bytes_of, packed, packed_json)
 from .orders import (HELM_ORDERS, HelmOrder, MotorsOrder, NameOrder, ReleaseOrder, SayOrder, StopOrder, TakeOrder,
                      UnlockOrder, order_of)
+from .programs import Programs
 from .seats import HelmTold, Seats
 
 SILENCE = 0.5           # s without a word of the server after which robots are stopped
@@ -100,6 +102,45 @@ def _source() -> str:
     return os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
 
+class Waker:
+    """Ends the wait of the owner's loop. Any thread, and a signal handler, may call wake()."""
+
+    def __init__(self, selector: selectors.BaseSelector) -> None:
+        self.end, self._other = socket.socketpair()
+        for each in (self.end, self._other):
+            each.setblocking(False)
+        selector.register(self.end, selectors.EVENT_READ)
+
+    def wake(self) -> None:
+        """End the present wait, or the next one."""
+        with contextlib.suppress(OSError):      # full: it wakes anyway; closed: it has ended
+            self._other.send(b"\0")
+
+    def empty(self) -> None:
+        """Forget all calls of wake()."""
+        with contextlib.suppress(BlockingIOError):
+            self.end.recv(READ_SIZE)
+
+    def close(self) -> None:
+        """Close both ends."""
+        self.end.close()
+        self._other.close()
+
+
+class Restart:
+    """When to start a server again: ever later, while servers die soon."""
+
+    def __init__(self) -> None:
+        self.at = -math.inf
+        """Time (monotonic, s) from which a server may be started."""
+        self._back_off = BACK_OFF[0]
+
+    def died(self, started: float, now: float) -> None:
+        """Take note that a server which was started then is gone."""
+        self._back_off = BACK_OFF[0] if now - started > WELL else min(2 * self._back_off, BACK_OFF[1])
+        self.at = now + self._back_off
+
+
 class Owner:
     """Owns robots and the web server, and is the Stage of the robots. run() does all the work.
 
@@ -113,6 +154,8 @@ class Owner:
     Attributes:
         outbox: the Feed of the robots.
         server: the present server; None for a moment, after one died.
+        rules: who may drive which robot, and what else pages may order.
+        programs: the programs that share the robots.
         look: called in each turn of the loop, about twenty times a second; it may call keep().
     """
 
@@ -121,21 +164,21 @@ class Owner:
         self.outbox = Outbox()
         self.server: Optional[ServerProcess] = None
         self._robots: Dict[int, PageRobot] = {}
-        self._seats = Seats()
-        self._listening, self._folder = listening, folder
+        self.rules: Rules = Everybody()
+        self.programs = Programs(self.outbox)
+        self._seats = Seats(lambda person, robot: self.rules.may(person, robot), lambda robot: self.rules.who(robot))
+        self._make_server: Callable[[], ServerProcess] = lambda: ServerProcess(listening, folder)
         self._first = [packed_json(CONFIGURE, told._asdict()), *(packed(WHOLE, each) for each in recording)]
         self.look: Callable[[], None] = lambda: None
         self._say = say
         self._entries: Optional[List[Dict[str, Any]]] = None    # as they were told last
         self._helms: Dict[int, HelmTold] = {}       # as they were told last
         self._is_lost = True                        # robots were stopped because the server is silent
-        self._restart_at, self._back_off = -math.inf, BACK_OFF[0]
+        self._restart = Restart()
         self._changed: Deque[PageRobot] = deque()
+        self._show_at = -math.inf                   # time of the next look at what changes slowly
         self._selector = selectors.DefaultSelector()
-        self._wake_end, self._waker = socket.socketpair()
-        for each in (self._wake_end, self._waker):
-            each.setblocking(False)
-        self._selector.register(self._wake_end, selectors.EVENT_READ)
+        self._waker = Waker(self._selector)
         self._ends = threading.Event()
         self._runs = False
 
@@ -172,26 +215,32 @@ class Owner:
     def end(self) -> None:
         """Let run() end soon. Any thread, and a signal handler, may call this."""
         self._ends.set()
-        self._wake()
+        self.wake()
+
+    def wake(self) -> None:
+        """Let the next turn of the loop begin at once. Any thread may call this."""
+        self._waker.wake()
 
     # One turn of the loop
 
     def _turn(self) -> None:
         now = monotonic()
-        if self.server is None and now >= self._restart_at:
+        if self.server is None and now >= self._restart.at:
             self._start_server()
-        for key, events in self._selector.select(TICK):
-            if key.fileobj is self._wake_end:
-                with contextlib.suppress(BlockingIOError):
-                    self._wake_end.recv(READ_SIZE)
+        for key, events in self._selector.select(max(0.0, min(TICK, self.programs.due - now))):
+            if key.fileobj is self._waker.end:
+                self._waker.empty()
             elif events & selectors.EVENT_READ:
                 self._hear()
         now = monotonic()
-        while self._changed:
-            self._introduce(self._changed.popleft())
         self._watch(now)
-        self.look()
-        self._show(now)
+        self.programs.turn(now)
+        if now >= self._show_at or self._changed:       # not with each packet of a robot
+            self._show_at = now + TICK
+            while self._changed:
+                self._introduce(self._changed.popleft())
+            self.look()
+            self._show(now)
         self._send()
 
     def _hear(self) -> None:
@@ -218,11 +267,21 @@ class Owner:
 
     def _obey(self, part: Part) -> None:
         kind, contents = part
-        if kind == GONE:
+        if kind == BYTES:
+            self.programs.receive(*bytes_of(contents), monotonic())
+        elif kind == PROGRAM_GONE:
+            self.programs.gone(int(contents))
+        elif kind == JOIN:
+            value = json.loads(contents.decode())
+            self.programs.join(value["program"], value["robot"], value["key"], self.rules, monotonic())
+        elif kind == CAME:
+            self.rules.came(Person(*json.loads(contents.decode())))
+        elif kind == GONE:
             self._seats.left(int(contents), monotonic())
+            self.rules.left(int(contents))
         elif kind == ORDER:
             value = json.loads(contents.decode())
-            person = Person(*value["person"])
+            person = self.rules.known(Person(*value["person"]))
             try:
                 self._do(person, value["message"])
             except PioneerError as error:
@@ -239,6 +298,8 @@ class Owner:
             self.outbox.said("info", "%s: %s" % (person.name or "teacher", order.text))
         elif isinstance(order, HELM_ORDERS):
             self._command(person, cast(HelmOrder, order), now)
+        else:
+            self.rules.obey(person, order)
         self._show_helms(now)
 
     def _command(self, person: Person, order: HelmOrder, now: float) -> None:
@@ -270,7 +331,7 @@ class Owner:
         silent = now - server.heard
         if silent > SILENCE and not self._is_lost:
             self._is_lost = True
-            self._seats.lost(now)
+            self._lose(now)
         if silent > (HUNG if server.speaks else STARTING):
             server.kill()
             self._drop_server()
@@ -304,7 +365,7 @@ class Owner:
     # The server
 
     def _start_server(self) -> None:
-        server = self.server = ServerProcess(self._listening, self._folder)
+        server = self.server = self._make_server()
         self._selector.register(server.end, selectors.EVENT_READ)
         self.outbox.connect(server.end, self._first)
         for robot in self._robots.values():
@@ -315,18 +376,22 @@ class Owner:
         server, self.server = self.server, None
         now = monotonic()
         self._is_lost = True
-        self._seats.lost(now)
+        self._lose(now)
         if server is None:
             return
         self.outbox.disconnect()
         self._selector.unregister(server.end)
         server.kill()
         server.close()
-        self._back_off = BACK_OFF[0] if now - server.started > WELL else min(2 * self._back_off, BACK_OFF[1])
-        self._restart_at = now + self._back_off
+        self._restart.died(server.started, now)
+
+    def _lose(self, now: float) -> None:
+        """Stop all that persons and programs drive: nobody hears them any more."""
+        self._seats.lost(now)
+        self.programs.lost("the server of the page did not answer for a moment: connect again")
 
     def _close(self) -> None:
-        self._seats.lost(monotonic())
+        self._lose(monotonic())
         for robot in self._robots.values():
             robot.close(wait=False)     # all stop first
         for robot in self._robots.values():
@@ -337,7 +402,6 @@ class Owner:
             self.server.close()
             self.server = None
         self._selector.close()
-        self._wake_end.close()
         self._waker.close()
 
     # Other threads
@@ -345,14 +409,10 @@ class Owner:
     def changed(self, robot: PageRobot) -> None:
         """Take note that a robot has changed. See Stage.changed()."""
         self._changed.append(robot)
-        self._wake()
+        self.wake()
 
     def tell(self, robot: PageRobot, level: str, text: str, viewers: Optional[Sequence[int]] = None) -> None:
         """Tell the page what happened to a robot. See Stage.tell()."""
-        self.outbox.said(level, text, robot.number, viewers)
+        self.outbox.said(level, text, robot.number, self.rules.viewers(robot.number) if viewers is None else viewers)
         if level != "info" and viewers is None:
             self._say(text)
-
-    def _wake(self) -> None:
-        with contextlib.suppress(OSError):      # full: it wakes anyway; closed: it has ended
-            self._waker.send(b"\0")

@@ -191,7 +191,8 @@ class ProgramLine:
             self._robot.send(p2os.encode_command("CONFIG", 1))
 
     def _want(self, wanted: Wanted) -> None:
-        if self.is_open:
+        # A client that stands says STOP as a sign of life: that is no command of a program that drives.
+        if self.is_open and not (wanted.stands and self._wanted.stands):
             self._wanted, self._changed = wanted, True
 
     def _want_wheels(self, value: Optional[int]) -> None:

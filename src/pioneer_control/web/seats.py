@@ -78,11 +78,13 @@ class Seats:
 
     Args:
         may: says whether a robot is there for a person. Everybody may do everything without it.
+        who: returns the name of the person whose robot it is, for programs; "" if it is everybody's.
     """
 
-    def __init__(self, may: Callable[[Person, int], bool] = lambda person, robot: True) -> None:
+    def __init__(self, may: Callable[[Person, int], bool] = lambda person, robot: True,
+                 who: Callable[[int], str] = lambda robot: "") -> None:
         self._seats: Dict[int, Seat] = {}
-        self._may = may
+        self._may, self._who = may, who
 
     def add(self, robot: int, controls: Controls, max_linear: float, max_angular: float) -> None:
         """Add a robot, with its own limits (m/s, rad/s). If it is there already, only its limits change."""
@@ -146,7 +148,7 @@ class Seats:
         return HelmTold({
             "robot": robot,
             "commander": "person" if holder else "program" if programs == "driving" else "",
-            "who": holder.name if holder else "",
+            "who": holder.name if holder else self._who(robot) if programs == "driving" else "",
             "you": False,
             "programs": programs,
             "locks": list(seat.controls.locks),

@@ -6,6 +6,7 @@ says `exchange`, what viewers get says `fleet`, who may come says `guard`.
 """
 
 import asyncio
+import collections
 import itertools
 import json
 import logging
@@ -14,7 +15,7 @@ import socket
 import sys
 from time import monotonic
 from types import TracebackType
-from typing import Any, Dict, List, Optional, Type, Union
+from typing import Any, Counter, Dict, List, Optional, Type, Union
 
 from tornado.httpserver import HTTPServer
 from tornado.web import Application, HTTPError, RequestHandler
@@ -22,11 +23,12 @@ from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from ..errors import UsageError
 from .backend import Person
-from .exchange import (BEAT, BEAT_MESSAGE, CONFIGURE, FRAME, GONE, ORDER, SAID, TEXT, WHOLE, Part, Unpacker, packed,
-                       packed_json)
-from .fleet import NO_WORDS, NONSENSE, WRONG_KEY, Farewell, Fleet, Message
-from .guard import HEADERS, PageFile, is_our_host, is_our_origin, is_teachers, page_files
-from .orders import DrawnOrder, NameOrder, PingOrder, first_words, order_of, read_message
+from .exchange import (BEAT, BEAT_MESSAGE, BYTES, CAME, CLOSED, CONFIGURE, FRAME, GONE, JOIN, OPENED, ORDER,
+                       PROGRAM_GONE, SAID, TEXT, WHOLE, Part, Unpacker, bytes_of, packed, packed_bytes, packed_json)
+from .fleet import Fleet, Message
+from .guard import (HEADERS, NO_WORDS, NONSENSE, TOO_SLOW, WRONG_KEY, Farewell, PageFile, ProgramLimits, is_our_host,
+                    is_our_origin, is_teachers, page_files)
+from .orders import DrawnOrder, NameOrder, PingOrder, first_words, order_of, program_key, read_message
 
 PAGE = pathlib.Path(__file__).resolve().parent / "page"
 FIRST_WORDS_WITHIN = 5.0    # s
@@ -34,6 +36,8 @@ MOST_WAITING = 200          # connections without first words
 LONGEST_MESSAGE = 16384     # bytes that are read at all; those beyond 4 kB only to say so
 LONGEST_REASON = 120        # bytes of the reason of a close
 PING_EVERY, PONG_WITHIN = 5.0, 15.0     # s
+MOST_UNREAD = 65536         # bytes for a program that the system does not take
+PENALTY = 1.0               # s until a refusal is told to a program, so that none asks again and again
 MOST_TO_OWNER = 2 ** 18     # bytes of orders that wait for the owner; more are dropped
 LOG = logging.getLogger(__name__)
 
@@ -45,12 +49,13 @@ class Hub(asyncio.Protocol):
         self.fleet = Fleet("")
         self.keys: Dict[str, bool] = {}
         self.hosts: List[str] = []
-        self.waiting = 0
-        """Connections that have not said their first words."""
+        self.waiting: Counter[Type["GuardedSocket"]] = collections.Counter()
+        """Of each kind of connections those that were not accepted yet."""
         self.ready, self.ended = asyncio.Event(), asyncio.Event()
         self._unpacker = Unpacker()
         self._numbers = itertools.count(1)
         self._pages: Dict[int, "PageSocket"] = {}
+        self._programs: Dict[int, "ProgramSocket"] = {}
         self._timer: Optional[asyncio.TimerHandle] = None
         self._link: Optional[asyncio.Transport] = None
 
@@ -77,23 +82,34 @@ class Hub(asyncio.Protocol):
         if kind in (FRAME, WHOLE):
             (self.fleet.frame if kind == FRAME else self.fleet.whole)(contents)
             return
+        if kind == BYTES:
+            number, data = bytes_of(contents)
+            if number in self._programs:
+                self._programs[number].send_bytes(data)
+            return
         value = json.loads(contents.decode())
         if kind == TEXT:
-            self.fleet.text(value["kind"], value["value"], value["robot"], value["seat"])
+            self.fleet.text(value["kind"], value["value"], value["robot"], value["seat"], value.get("to", ""))
         elif kind == SAID:
             self.fleet.said(value["level"], value["text"], value["robot"], value["viewers"], monotonic())
         elif kind == CONFIGURE:
             self.keys, self.hosts = value["keys"], value["hosts"]
             self.fleet = Fleet(value["title"], value.get("kind", "live"))
             self.ready.set()
+        elif kind in (OPENED, CLOSED) and value["program"] in self._programs:
+            program = self._programs[value["program"]]
+            if kind == OPENED:
+                program.opened(value["robot"])
+            else:
+                program.dismiss(Farewell(value["code"], value["reason"]))
 
     def _beat(self) -> None:
         self._tell_owner(packed(BEAT_MESSAGE))
         self._round(monotonic())    # also for sockets that took nothing when there was something new
         asyncio.get_running_loop().call_later(BEAT, self._beat)
 
-    def _tell_owner(self, message: bytes) -> None:
-        if self._link is not None and self._link.get_write_buffer_size() < MOST_TO_OWNER:
+    def _tell_owner(self, message: bytes, must: bool = False) -> None:
+        if self._link is not None and (must or self._link.get_write_buffer_size() < MOST_TO_OWNER):
             self._link.write(message)
 
     # Viewers
@@ -111,6 +127,7 @@ class Hub(asyncio.Protocol):
             page.bye(farewell)
             return None
         self._pages[number] = page
+        self._tell_owner(packed_json(CAME, list(self.fleet.viewers[number].person)))
         self.go()
         return number
 
@@ -146,7 +163,27 @@ class Hub(asyncio.Protocol):
         """Forget a viewer whose connection is gone, and tell the owner."""
         del self._pages[number]
         self.fleet.leave(number)
-        self._tell_owner(packed_json(GONE, number))
+        self._tell_owner(packed_json(GONE, number), must=True)
+
+    # Programs
+
+    def join(self, program: "ProgramSocket", robot: Optional[int], key: str) -> int:
+        """Ask the owner for a robot for a program. Returns the number of its connection."""
+        number = next(self._numbers)
+        self._programs[number] = program
+        self._tell_owner(packed_json(JOIN, {"program": number, "robot": robot, "key": key}))
+        return number
+
+    def program_bytes(self, number: int, data: bytes) -> None:
+        """Pass bytes of a program on."""
+        self._tell_owner(packed_bytes(number, data))
+
+    def program_gone(self, number: int) -> None:
+        """Forget a program whose connection is gone, and tell the owner."""
+        del self._programs[number]
+        self._tell_owner(packed_json(PROGRAM_GONE, number), must=True)
+
+    # What viewers get
 
     def go(self) -> None:
         """Give viewers what is new: now, or when the next batch is due."""
@@ -165,7 +202,8 @@ class Hub(asyncio.Protocol):
 
     def _round(self, now: float) -> None:
         for number, messages in list(self.fleet.round(now, lambda number: self._pages[number].can_take)):
-            self._pages[number].send(messages)
+            for message in messages:
+                self._pages[number].send(message)
 
 
 class PageHandler(RequestHandler):
@@ -209,13 +247,17 @@ class PageHandler(RequestHandler):
             LOG.error("a request failed", exc_info=(kind, error, trace) if kind and error else None)
 
 
-class PageSocket(WebSocketHandler):
-    """The connection of one viewer."""
+class GuardedSocket(WebSocketHandler):
+    """A WebSocket that checks where it comes from, has to be accepted in time, and is closed with a reason.
+
+    Attributes:
+        number: the number of this connection in the hub; None as long as the hub does not know it.
+    """
 
     def initialize(self, hub: Hub) -> None:
         """Take what tornado passes on from the application."""
         self.hub = hub
-        self._number: Optional[int] = None
+        self.number: Optional[int] = None
         self._timer: Optional[asyncio.TimerHandle] = None
         self._gone = False
 
@@ -227,7 +269,7 @@ class PageSocket(WebSocketHandler):
             raise HTTPError(421)
         if self.request.query:
             raise HTTPError(400)
-        if self.hub.waiting >= MOST_WAITING:
+        if self.hub.waiting[type(self)] >= MOST_WAITING:
             raise HTTPError(503)
 
     def check_origin(self, origin: str) -> bool:
@@ -237,52 +279,46 @@ class PageSocket(WebSocketHandler):
     def open(self, *_: str, **__: str) -> None:
         """Wait for the first words."""
         self.set_nodelay(True)
-        self.hub.waiting += 1
+        self.hub.waiting[type(self)] += 1
         self._timer = asyncio.get_running_loop().call_later(FIRST_WORDS_WITHIN, self.bye, Farewell(
-            NO_WORDS, "the page said nothing for %g s" % FIRST_WORDS_WITHIN))
+            NO_WORDS, "nothing was said for %g s" % FIRST_WORDS_WITHIN))
 
     def on_message(self, message: Union[str, bytes]) -> None:
-        """Take a message of the page."""
+        """Take a message. One that makes no sense ends the connection."""
         if self._gone:
             return
         try:
-            if self._timer is not None:
-                self._enough_waited()
-                self._number = self.hub.come(self, message)
-            elif self._number is not None:
-                answer = self.hub.hear(self._number, message)
-                if answer is not None:
-                    self.send([answer])
+            self.take(message)
         except UsageError as error:
             self.bye(Farewell(NONSENSE, str(error)))
 
+    def take(self, message: Union[str, bytes]) -> None:
+        """Do what a message says. Raises UsageError for what makes no sense."""
+        raise NotImplementedError
+
+    def leave(self, number: int) -> None:
+        """Tell the hub that this connection is gone."""
+        raise NotImplementedError
+
+    def accepted(self) -> None:
+        """Wait no more: the connection is accepted, or gone."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+            self.hub.waiting[type(self)] -= 1
+
     def on_close(self) -> None:
-        """Forget the viewer."""
+        """Forget the connection."""
         self._gone = True
-        self._enough_waited()
-        self._leave()
-
-    @property
-    def can_take(self) -> bool:
-        """Whether the socket has taken all that was sent before."""
-        stream = None if self.ws_connection is None else self.ws_connection.stream
-        return stream is not None and not stream.writing()
-
-    def send(self, messages: List[Message]) -> None:
-        """Send messages. If the connection is gone, nothing happens."""
-        for message in messages:
-            try:
-                sent = self.write_message(message, binary=isinstance(message, bytes))
-            except WebSocketClosedError:
-                return
-            sent.add_done_callback(_retrieve)
+        self.accepted()
+        if self.number is not None:
+            self.leave(self.number)
+            self.number = None
 
     def bye(self, farewell: Farewell) -> None:
         """Close the connection with a code and a reason, and take nothing more from it."""
         if not self._gone:
-            self._gone = True
-            self._enough_waited()
-            self._leave()
+            GuardedSocket.on_close(self)
             reason = farewell.reason.encode("utf-8", "replace")[:LONGEST_REASON].decode("utf-8", "ignore")
             self.close(farewell.code, reason)
 
@@ -292,16 +328,93 @@ class PageSocket(WebSocketHandler):
         if not isinstance(error, HTTPError):
             LOG.error("a connection failed", exc_info=(kind, error, trace) if kind and error else None)
 
-    def _enough_waited(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
-            self.hub.waiting -= 1
+    def send(self, message: Message) -> "Optional[asyncio.Future[None]]":
+        """Send a message. Returns the future end of the write; None if the connection is gone."""
+        try:
+            sent = self.write_message(message, binary=isinstance(message, bytes))
+        except WebSocketClosedError:
+            return None
+        sent.add_done_callback(_retrieve)
+        return sent
 
-    def _leave(self) -> None:
-        if self._number is not None:
-            self.hub.leave(self._number)
-            self._number = None
+
+class PageSocket(GuardedSocket):
+    """The connection of one viewer."""
+
+    def take(self, message: Union[str, bytes]) -> None:
+        """Take a message of the page."""
+        if self.number is None:
+            self.accepted()
+            self.number = self.hub.come(self, message)
+        else:
+            answer = self.hub.hear(self.number, message)
+            if answer is not None:
+                self.send(answer)
+
+    def leave(self, number: int) -> None:
+        """Forget the viewer."""
+        self.hub.leave(number)
+
+    @property
+    def can_take(self) -> bool:
+        """Whether the socket has taken all that was sent before."""
+        stream = None if self.ws_connection is None else self.ws_connection.stream
+        return stream is not None and not stream.writing()
+
+
+class ProgramSocket(GuardedSocket):
+    """The connection of a program that wants a robot: its key first, then bytes both ways."""
+
+    def open(self, *names: str, **_: str) -> None:
+        """Wait for the key. ``names``: what stands behind /robot/."""
+        name, = names
+        self._robot = int(name) if name.isascii() and name.isdigit() and len(name) <= 5 else None
+        self._limits: Optional[ProgramLimits] = None    # from when it has the robot
+        self._unread = 0        # bytes that the system has not taken yet
+        super().open()
+
+    def take(self, message: Union[str, bytes]) -> None:
+        """Take the key, or bytes for the robot."""
+        if self.number is None:
+            self.number = self.hub.join(self, self._robot, program_key(read_message(message)))
+            return
+        if self._limits is None or isinstance(message, str):
+            raise UsageError("say the key as text, wait for the answer, then send bytes of P2OS as binary messages")
+        farewell = self._limits.check(message, monotonic())
+        if farewell is None:
+            self.hub.program_bytes(self.number, message)
+        else:
+            self.bye(farewell)
+
+    def opened(self, name: str) -> None:
+        """Tell the program that it has the robot of this name."""
+        self.accepted()
+        self._limits = ProgramLimits(monotonic())
+        self.send(json.dumps({"robot": name}))
+
+    def dismiss(self, farewell: Farewell) -> None:
+        """Close the connection: at once if the program had the robot, else after PENALTY s."""
+        if self._limits is not None:
+            self.bye(farewell)
+        else:
+            asyncio.get_running_loop().call_later(PENALTY, self.bye, farewell)
+
+    def send_bytes(self, data: bytes) -> None:
+        """Send bytes of the robot. A program that does not read them is closed."""
+        if self._unread + len(data) > MOST_UNREAD:
+            self.bye(Farewell(TOO_SLOW, "this program does not read what its robot sends"))
+            return
+        sent = self.send(data)
+        if sent is not None:
+            self._unread += len(data)
+            sent.add_done_callback(lambda _: self._taken(len(data)))
+
+    def leave(self, number: int) -> None:
+        """Forget the program."""
+        self.hub.program_gone(number)
+
+    def _taken(self, count: int) -> None:
+        self._unread -= count
 
 
 def _retrieve(sent: "asyncio.Future[None]") -> None:
@@ -311,9 +424,9 @@ def _retrieve(sent: "asyncio.Future[None]") -> None:
 
 
 def application(hub: Hub, files: Dict[str, PageFile]) -> Application:
-    """Return tornado's application: the page's files, and the WebSocket."""
+    """Return tornado's application: the page's files, and the WebSockets."""
     return Application(
-        [("/page", PageSocket, dict(hub=hub))],
+        [("/page", PageSocket, dict(hub=hub)), ("/robot/(.*)", ProgramSocket, dict(hub=hub))],
         default_handler_class=PageHandler, default_handler_args=dict(hub=hub, files=files),
         log_function=lambda handler: None, websocket_max_message_size=LONGEST_MESSAGE,
         websocket_ping_interval=PING_EVERY, websocket_ping_timeout=PONG_WITHIN)
