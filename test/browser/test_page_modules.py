@@ -192,12 +192,12 @@ def test_the_scale_bar_has_a_round_length(module, scale, pixels, length):
 def test_a_frame_that_was_held_up_counts_as_old(module):
     body = """const c = new m.Clock(); c.rounds.push(8, 4, 20);
         return [c.sent(1000, 5010), c.sent(1050, 5060), c.sent(1100, 5410), c.sent(1150, 5160)]"""
-    assert module("source.js", body) == [5008, 5058, 5108, 5158]
+    assert module("source.js", body) == pytest.approx([5008, 5058, 5108, 5158], abs=0.5)
 
 
 def test_the_stamp_may_begin_anew(module):
     body = "const c = new m.Clock(); return [c.sent(2 ** 32 - 10, 1000), c.sent(40, 1050), c.sent(90, 1350)]"
-    assert module("source.js", body) == [1000, 1050, 1100]
+    assert module("source.js", body) == pytest.approx([1000, 1050, 1100], abs=0.5)
 
 
 LIVE = """
@@ -213,9 +213,9 @@ LIVE = """
     %s"""
 
 
-@pytest.mark.parametrize("code, waits, state", [(4400, [], "refused"), (4401, [], "key"), (4408, [300], "closed"),
-                                                (4429, [5000], "closed"), (4409, [5000], "closed"),
-                                                (1006, [300], "closed")])
+@pytest.mark.parametrize("code, waits, state", [(4400, [], "refused"), (4401, [], "no key"), (4408, [300], "no connection"),
+                                                (4429, [5000], "no connection"), (4409, [5000], "no connection"),
+                                                (1006, [300], "no connection")])
 def test_after_a_connection_ended(module, code, waits, state):
     body = LIVE % "last().onclose({code: a[0], reason: 'because'}); return [waits, states]"
     assert module("source.js", body, code) == [waits, ["connecting", state]]
@@ -231,8 +231,8 @@ def test_tries_come_less_often_until_one_succeeds(module):
 def test_a_silent_network_is_given_up(module):
     body = LIVE % """
         hear('{"hello": {}}'); live.heard -= a[0]; ticked(); return [states.pop(), last().sent.length]"""
-    assert module("source.js", body, 5001) == ["closed", 2]
-    assert module("source.js", body, 1000) == ["open", 3]
+    assert module("source.js", body, 5001) == ["no connection", 2]
+    assert module("source.js", body, 1000) == ["live", 3]
 
 
 def test_pictures_are_acknowledged_at_most_ten_times_a_second_and_the_last_always(module):

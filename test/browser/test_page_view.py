@@ -128,8 +128,7 @@ def test_the_robot_is_chosen_by_keys_list_and_map(page, server):
         "false", "true", "false"]
     left, top, width, height = page.box("moving")
     place = page.module("view.js", """
-        const c = new m.Camera(), tools = document.getElementById("tools"); c.set({width: a[0], height: a[1]});
-        c.fit([0, 0, 6, 4], tools.offsetWidth, 0); return c.toScreen([1.4, 1.5])""", width, height)
+        const c = new m.Camera(); c.set({width: a[0], height: a[1]}); c.fit([0, 0, 6, 4]); return c.toScreen([1.4, 1.5])""", width, height)
     x, y = left + place[0], top + place[1]
     page.mouse("mousePressed", x, y)
     page.mouse("mouseReleased", x, y)
@@ -242,8 +241,8 @@ def test_everything_has_a_name(page, server):
 
 def test_what_has_no_name_is_seen(page, server):
     page.open()
-    page.js("document.getElementById('fit').removeAttribute('aria-label')")
-    assert unnamed(page) == ["button"]
+    page.js("document.getElementById('moving').removeAttribute('aria-label')")
+    assert unnamed(page) == ["image"]
 
 
 CONTRASTS = """
@@ -314,7 +313,7 @@ LAYOUT = """
         return {element, left, top, right, bottom};
     };
     const name = element => element.id || element.className || element.textContent;
-    const all = [...document.querySelectorAll(`button, input, select, canvas#line, #stick, h1, #mode, #age, .card p, dd,
+    const all = [...document.querySelectorAll(`button, input, select, #stick, h1, #mode, #age, .card p, dd,
             #hint, #old, #said`)]
         .filter(e => e.checkVisibility()).map(seen).filter(b => b.right - b.left > 1 && b.bottom - b.top > 1);
     for (const [i, a] of all.entries()) for (const b of all.slice(i + 1))

@@ -7,7 +7,12 @@ export class Controls {
 	// on: {stop(), gone(): the hand is gone, zero at once, key(name): another key}
 	constructor(hand, on) {
 		Object.assign(this, {hand, on, pointer: null, padStop: false});
-		this.listenKeys();
+		window.addEventListener("keydown", event => this.down(event), true);
+		window.addEventListener("keyup", event => {
+			if (isSpace(event)) return;
+			hand.release(event.code);
+			this.checkGone();
+		}, true);
 		this.listenStick($("stick"));
 		for (const name of ["blur", "pagehide"]) window.addEventListener(name, () => this.leave());
 		for (const name of ["visibilitychange", "freeze"]) document.addEventListener(name, () => this.leave());
@@ -29,31 +34,17 @@ export class Controls {
 		this.drop();
 	}
 
-	listenKeys() {
-		// The space bar comes first, whatever has the focus. Its release would press a button.
-		const isSpace = event => {
-			if (event.code !== "Space") return false;
-			event.preventDefault();
-			event.stopImmediatePropagation();
-			return true;
-		};
-		window.addEventListener("keydown", event => {
-			if (isSpace(event)) return event.repeat || this.on.stop();
-			if (event.ctrlKey || event.altKey || event.metaKey || writes(event.target) || $("help").open) return;
-			if (drives(event.code) && event.target !== $("line")) {
-				event.preventDefault();
-				this.hand.press(event.code, event.repeat, performance.now());
-			} else this.on.key(event.key);
-		}, true);
-		window.addEventListener("keyup", event => {
-			if (isSpace(event)) return;
-			this.hand.release(event.code);
-			this.checkGone();
-		}, true);
-	}
-
 	checkGone() {
 		if (!this.hand.held) this.on.gone();
+	}
+
+	down(event) {
+		if (isSpace(event)) return event.repeat || this.on.stop();
+		if (event.ctrlKey || event.altKey || event.metaKey || writes(event.target) || $("help").open) return;
+		if (drives(event.code) && event.target !== $("line")) {
+			event.preventDefault();
+			this.hand.press(event.code, event.repeat, performance.now());
+		} else this.on.key(event.key);
 	}
 
 	listenStick(stick) {
@@ -89,7 +80,7 @@ export class Controls {
 
 	// For each picture: gamepads tell nothing by themselves.
 	poll() {
-		const pads = readPads(navigator.getGamepads ? navigator.getGamepads() : []), {held} = this.hand;
+		const pads = readPads(navigator.getGamepads?.() || []), {held} = this.hand;
 		if (pads.stop && !this.padStop) this.on.stop();
 		this.padStop = pads.stop;
 		if (!document.hasFocus()) return;		// as when the focus went: the shoulder button must be let go first
@@ -98,6 +89,14 @@ export class Controls {
 	}
 }
 
+// The space bar comes first, whatever has the focus. Its release would press a button.
+function isSpace(event) {
+	if (event.code !== "Space") return false;
+	event.preventDefault();
+	event.stopImmediatePropagation();
+	return true;
+}
+
 function writes(element) {
-	return element instanceof HTMLElement && element.matches("input, textarea, select");
+	return element instanceof HTMLElement && element.matches("input:not([type=range]), select");
 }

@@ -5,22 +5,22 @@ import {Deadman, Hand} from "./hand.js";
 import {MapPicture} from "./map.js";
 import {Model} from "./model.js";
 import {$, Panel, put, show} from "./panel.js";
-import {Recording} from "./recording.js";
+import {Recording, unpacked} from "./recording.js";
 import {Live} from "./source.js";
 import {TimeLine} from "./timeline.js";
 import {Camera, listenView} from "./view.js";
 
 const OLD = 500;	// ms: a picture older than this is called old
+const READ = 400;	// ms that a number stays, to be read
 const SAID = 6000;	// ms that a message stays on the map
-const STATES = {open: "live", connecting: "connecting", closed: "no connection", key: "no key", refused: "refused"};
 const NO_KEY = "Open this page with its whole address, as the server printed it: with # and the key at its end.";
 
 const model = new Model(), camera = new Camera(), picture = new MapPicture($("floor"), $("moving"), camera), root = document.documentElement;
 const hand = new Hand(), deadman = new Deadman(message => live.send(message)), stopsToSend = new Set();
 const controls = new Controls(hand, {stop: () => timeline ? timeline.toggle() : stop(), gone: () => deadman.letGo(), key: pressed});
 const panel = new Panel(choose, command => act({do: "gripper", command}));
-let live = null, recording = null, timeline = null, chosen = null, ages = [];
-let redraw = true, rewrite = true, fitted = true, panelAt = 0, turnedAt = 0, saidAt = 0;
+let live = null, recording = null, timeline = null, chosen = null, unpacking = Promise.resolve();
+let redraw = true, rewrite = true, fitted = true, panelAt = 0, turnedAt = 0, saidAt = 0, ageAt = 0, worst = 0;
 
 function changed() {
 	redraw = rewrite = true;
@@ -28,16 +28,15 @@ function changed() {
 
 function say(text) {
 	put("said", text);
-	show("said", true);
 	saidAt = performance.now();
 }
 
 function act(message) {
-	if (!live.send({robot: chosen && chosen.number, ...message})) say("No connection: nothing was sent.");
+	if (!live.send({robot: chosen?.number, ...message})) say("No connection: nothing was sent.");
 }
 
 // A stop that cannot go now goes as soon as it can: it never does harm.
-function stop(robot = chosen ? chosen.number : "all") {
+function stop(robot = chosen?.number ?? "all") {
 	controls.drop();
 	if (live.send({do: "stop", robot})) return;
 	stopsToSend.add(robot);
@@ -47,14 +46,14 @@ function stop(robot = chosen ? chosen.number : "all") {
 function choose(number) {
 	controls.drop();
 	chosen = model.robot(number) || model.list[0] || null;
-	ages = [];
+	worst = 0;
+	timeline?.dress(chosen?.number);
 	changed();
-	if (timeline && chosen) timeline.show(chosen.number);
 }
 
 // The robots may have changed: keep the chosen one, if it is still there.
 function keep() {
-	if (!model.list.includes(chosen)) choose((model.list.find(robot => robot.info.yours) || {}).number);
+	if (!model.list.includes(chosen)) choose(model.list.find(robot => robot.info.yours)?.number);
 	changed();
 }
 
@@ -66,7 +65,6 @@ function step(way) {
 // --- What comes in ---
 
 function text(kind, value) {
-	if (kind === "recording") return record(value);
 	model.take(kind, value);
 	if (kind === "hello") greet(value);
 	if (kind === "said") say(value.text);
@@ -78,27 +76,34 @@ function greet({title, you = "", teacher = false}) {
 	document.title = title;
 	put("title", title);
 	show("teacher", teacher);
-	document.body.classList.toggle("teaches", teacher);
 	if (document.activeElement !== $("my-name")) $("my-name").value = you.replace(/ /g, "_");
 }
 
 function frames(list) {
-	for (const [frame, sent] of list) if (model.robot(frame.robot)) model.robot(frame.robot).take(frame, sent);
+	for (const [frame, sent] of list) model.robot(frame.robot)?.take(frame, sent);
 	if (fitted && !model.world) fit();
 	changed();
 }
 
 function connection(state, reason) {
-	const notice = state === "key" ? NO_KEY : reason || "";
-	put("mode", STATES[state]);
-	show("notice", notice);
-	put("notice", notice);
-	if (state !== "open") return controls.drop();
+	put("mode", state);
+	put("notice", state === "no key" ? NO_KEY : reason);
+	if (state !== "live") return controls.drop();
 	for (const robot of stopsToSend) live.send({do: "stop", robot});
 	stopsToSend.clear();
 }
 
-function record(value) {
+// Bytes of a recording: first what was said (3), then the columns of each robot (2). One after the other, as they came.
+function recorded(data) {
+	const columns = new Uint8Array(data)[0] === 2;
+	unpacking = unpacking.then(async () => {
+		if (columns) await recording.unpack(new DataView(data).getUint16(1, true), new Uint8Array(data, 3));
+		else record(JSON.parse(await new Response(await unpacked(new Uint8Array(data, 1))).text()));
+		dress();
+	});
+}
+
+async function record(value) {
 	recording = new Recording(value, model);
 	document.body.classList.add("recorded");
 	show("time", true);
@@ -106,20 +111,15 @@ function record(value) {
 	greet({title: value.name});
 	timeline = new TimeLine(recording, keep);
 	timeline.seek(0);
-	recording.unpackAll().then(unpacked);
-}
-
-function unpacked() {
-	timeline.seek(recording.at);
+	for (const {robot, data} of value.columns) if (data) await recording.unpack(robot, Uint8Array.from(atob(data), each => each.charCodeAt()));
 	dress();
 }
 
 // --- The view ---
 
 function fit() {
-	const {offsetWidth: wide, offsetHeight: high} = $("tools"), beside = wide / camera.width < high / camera.height;
 	follow(false);
-	camera.fit(model.bounds(), beside ? wide : 0, beside ? 0 : high);
+	camera.fit(model.bounds());
 	fitted = true;
 }
 
@@ -132,7 +132,8 @@ function follow(on) {
 function dress() {
 	picture.dress();
 	if (fitted) fit();
-	if (timeline && chosen) timeline.show(chosen.number);
+	timeline?.seek(recording.at);
+	timeline?.dress(chosen?.number);
 	changed();
 }
 
@@ -152,21 +153,19 @@ const ACTIONS = {
 		controls.drop();
 		$("help").showModal();
 	},
-	"help-close": () => $("help").close(),
 	theme: () => setTheme(kept(localStorage, "theme", root.dataset.theme === "dark" ? "light" : "dark")),
-	"mark-previous": () => timeline && timeline.jump(-1), "mark-next": () => timeline && timeline.jump(1), play: () => timeline.toggle(),
+	"mark-previous": () => timeline.jump(-1), "mark-next": () => timeline.jump(1), play: () => timeline.toggle(),
 };
-const KEY_ACTIONS = {n: "next", p: "previous", f: "follow", 0: "fit", "+": "zoom-in", "=": "zoom-in", "-": "zoom-out", "?": "help-open",
-	j: "mark-previous", l: "mark-next"};
 
+// A key does what the button does that names it, if it can be seen.
 function pressed(key) {
-	const action = ACTIONS[KEY_ACTIONS[key.toLowerCase()]];
-	if (action) action();
+	const button = document.querySelector(`[aria-keyshortcuts~="${CSS.escape(key.toUpperCase())}"]`);
+	if (button?.checkVisibility()) button.click();
 }
 
 // In steps: 0.05 m/s, from 0.3 on 0.1.
 function raise(way) {
-	const limit = (chosen.helm.limit || [0.2])[0], size = limit + way * 0.01 < 0.3 ? 20 : 10, linear = (Math.round(limit * size) + way) / size;
+	const limit = chosen.helm.limit[0], size = limit + way * 0.01 < 0.3 ? 20 : 10, linear = (Math.round(limit * size) + way) / size;
 	act({do: "limit", linear: Math.max(0.05, Math.min(chosen.info.max_linear || 2, linear))});
 }
 
@@ -201,39 +200,44 @@ function listen() {
 		fitted = false;
 		if (camera.follows && moved === "dragged") follow(false);
 		changed();
-	}, at => choose((picture.robotAt(model, at) || chosen || {}).number));
+	}, at => choose((picture.robotAt(model, at) || chosen)?.number));
 	new ResizeObserver(dress).observe($("moving"));
 }
 
 // --- Each picture ---
 
 function ageText(ms) {
-	return ms < 1000 ? `${Math.round(ms)} ms` : `${(ms / 1000).toFixed(1)} s`;
+	return ms === Infinity ? "none" : ms < 1000 ? `${Math.round(ms)} ms old` : `${(ms / 1000).toFixed(1)} s old`;
+}
+
+// How old what the chosen robot shows is (ms).
+function ageOf({frame, sent}, now) {
+	return !frame ? Infinity : recording ? 1000 * recording.at - frame.stamp : 1000 * frame.age + now - sent;
 }
 
 function showAge(now) {
-	const frame = chosen && chosen.frame, old = () => ages[ages.length - 1][1] > OLD;
-	ages.push([now, !frame ? Infinity : recording ? 1000 * recording.age(chosen) : 1000 * frame.age + now - chosen.sent]);
-	ages = ages.filter(each => each[0] >= now - OLD);		// the worst of half a second: a number that can be read
-	const age = old() ? ages[ages.length - 1][1] : Math.max(...ages.map(each => each[1]));
-	put("age-text", frame && age < Infinity ? ageText(age) + " old" : "none");
-	document.body.classList.toggle("is-old", old() && chosen !== null);
-	show("old", old() && chosen);
-	put("old-words", !old() ? "" : recording ? "NO DATA" : frame ? "OLD PICTURE:" : "NO PICTURE");
-	put("old-age", old() && frame ? ageText(age) : "");
+	const age = chosen ? ageOf(chosen, now) : Infinity, old = chosen !== null && age > OLD;
+	worst = Math.max(worst, age);
+	document.body.classList.toggle("is-old", old);
+	show("old", old);
+	put("old-words", !old ? "" : recording ? "NO DATA" : chosen.frame ? "OLD PICTURE:" : "NO PICTURE");
+	put("old-age", old && chosen.frame ? ageText(age) : "");
+	if (now - ageAt < READ && !old) return;
+	put("age-text", ageText(worst));
+	[ageAt, worst] = [now, 0];
 }
 
 function turn() {
 	requestAnimationFrame(turn);
 	const now = performance.now();
 	controls.poll();
-	if (timeline) timeline.advance((now - turnedAt) / 1000);
+	timeline?.advance((now - turnedAt) / 1000);
 	turnedAt = now;
-	const want = hand.wants(), frame = chosen && chosen.frame;
+	const want = hand.wants(), frame = chosen?.frame;
 	if (camera.follows && frame) camera.set({x: model.pose(chosen).x, y: model.pose(chosen).y});
 	if (redraw || want) {
 		picture.draw(model, chosen);
-		if (timeline) timeline.draw();
+		timeline?.draw();
 		redraw = false;
 	}
 	if (!recording && live) {		// right after the drawing: what was drawn, and where the hand wants to go by this picture
@@ -246,7 +250,7 @@ function turn() {
 		[panelAt, rewrite] = [now, false];
 	}
 	showAge(now);
-	if (now - saidAt > SAID) show("said", false);
+	if (now - saidAt > SAID) put("said");
 }
 
 // --- Beginning ---
@@ -274,8 +278,7 @@ function begin() {
 	dark.onchange();
 	listen();
 	if (inside) record(JSON.parse(inside.textContent));
-	else live = new Live(location.origin.replace("http", "ws") + "/page", firstWords(), {text, frames, state: connection,
-		columns: data => recording.unpack(new DataView(data).getUint16(1, true), new Uint8Array(data, 3)).then(unpacked)});
+	else live = new Live(location.origin.replace("http", "ws") + "/page", firstWords(), {text, frames, state: connection, recorded});
 	window.onhashchange = () => live && location.hash.length > 1 && location.reload();
 	turn();
 }

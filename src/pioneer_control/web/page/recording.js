@@ -7,6 +7,11 @@ const APART = 30;	// mm between two points of a trail
 const ROWS = 40;	// whose echoes are shown
 const NOTHING = {robots: [], world: null, origins: {}, cans: [], goals: {}};	// before the first word of a kind
 
+// The bytes that were compressed.
+export async function unpacked(packed) {
+	return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"))).arrayBuffer();
+}
+
 // Texts by what they are about: at any time, the last one of each counts.
 export function indexOf(messages) {
 	const index = new Map();
@@ -22,18 +27,12 @@ export function indexOf(messages) {
 
 export class Recording {
 	constructor(value, model) {
-		Object.assign(this, value, {model, at: 0, unpacked: new Map(), index: indexOf(value.messages)});
-	}
-
-	// The columns that are in the text itself (one file), base64.
-	async unpackAll() {
-		for (const {robot, data} of this.columns) if (data) await this.unpack(robot, Uint8Array.from(atob(data), each => each.charCodeAt()));
+		Object.assign(this, {marks: [], ...value, model, at: 0, unpacked: new Map(), index: indexOf(value.messages)});
 	}
 
 	async unpack(robot, packed) {
 		const {rows, sonar} = this.columns.find(each => each.robot === robot), trail = [], trailRows = [];
-		const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
-		const columns = decodeColumns(new Uint8Array(await new Response(stream).arrayBuffer()), rows, sonar), {x, y} = columns;
+		const columns = decodeColumns(new Uint8Array(await unpacked(packed)), rows, sonar), {x, y} = columns;
 		for (let row = 0, last = -1; row < rows; row++) {
 			if (last >= 0 && Math.hypot(x[row] - x[last], y[row] - y[last]) < APART) continue;
 			trail.push([x[row] / 1000, y[row] / 1000]);
@@ -59,30 +58,23 @@ export class Recording {
 
 	place(robot, columns) {
 		const row = columns ? lastNotAbove(columns.time, 1000 * this.at) : -1, frame = each => frameAt(columns, each, robot.number);
-		Object.assign(robot, {frame: null, trail: [], count: 0, echoes: []});
+		Object.assign(robot, {frame: null, trail: [], echoes: []});
 		if (row < 0) return;
-		Object.assign(robot, {frame: frame(row), trail: columns.trail, count: lastNotAbove(columns.trailRows, row) + 1});
+		Object.assign(robot, {frame: frame(row), trail: columns.trail.slice(0, lastNotAbove(columns.trailRows, row) + 1)});
 		for (let each = Math.max(0, row - ROWS); each < row; each += 2) robot.echoes.push(...echoesOf(robot.info, frame(each)));
 	}
 
-	// Since when (s) nothing was heard of a robot.
-	age(robot) {
-		return this.at - robot.frame.stamp / 1000;
-	}
-
 	marksOf(number) {
-		return (this.marks || []).filter(mark => [number, null, undefined].includes(mark.robot));
+		return this.marks.filter(mark => [number, null, undefined].includes(mark.robot));
 	}
 
-	// One column for the time line: [time s, value], of each bit of time what stands out most.
-	curve(number, name, most) {
-		const {times = [], values = []} = this.index.get("status" + number) || {}, columns = this.unpacked.get(number), found = [];
-		if (name === "battery") return times.map((at, i) => [at, (values[i].battery || {}).volts]).filter(each => each[1] > 0);
-		for (let row = 0, bit = 1; columns && row < columns.rows; bit++) {
-			let best = row;
-			for (; row < Math.min(columns.rows, bit * columns.rows / most); row++)
-				if (Math.abs(columns[name][row]) > Math.abs(columns[name][best])) best = row;
-			found.push([columns.time[best] / 1000, columns[name][best] / 1000]);
+	// Speeds for the time line: [time s, m/s], of each of so many parts what stands out most.
+	speeds(number, parts) {
+		const {rows = 0, time, linear} = this.unpacked.get(number) || {}, found = [], size = Math.ceil(rows / parts);
+		for (let from = 0; from < rows; from += size) {
+			let best = from;
+			for (let row = from; row < Math.min(rows, from + size); row++) if (Math.abs(linear[row]) > Math.abs(linear[best])) best = row;
+			found.push([time[best] / 1000, linear[best] / 1000]);
 		}
 		return found;
 	}

@@ -24,19 +24,19 @@ export class Camera {
 		this.set({scale: Math.min(800, Math.max(3, this.scale * factor))});
 		const [x2, y2] = this.toWorld(pixel);
 		if (!this.follows) this.set({x: this.x + x - x2, y: this.y + y - y2});
-		if (this.moved) this.moved("zoomed");
+		this.moved?.("zoomed");
 	}
 
 	drag(dx, dy) {
 		this.set({x: this.x - dx / this.scale, y: this.y + dy / this.scale});
-		if (this.moved) this.moved("dragged");
+		this.moved?.("dragged");
 	}
 
-	// Show all of x1, y1, x2, y2 between margins: so many pixels are taken at the right and at the top.
-	fit([x1, y1, x2, y2], right = 0, top = 0) {
-		const margin = 16, bottom = 40, wide = this.width - right - 2 * margin, high = this.height - top - bottom - margin;
+	// Show all of x1, y1, x2, y2, above the scale bar and the buttons.
+	fit([x1, y1, x2, y2]) {
+		const margin = 24, bottom = 56, wide = this.width - 2 * margin, high = this.height - margin - bottom;
 		const scale = Math.min(250, wide / Math.max(x2 - x1, 0.1), high / Math.max(y2 - y1, 0.1));
-		this.set({x: (x1 + x2 + right / scale) / 2, y: (y1 + y2 + (top + margin - bottom) / scale) / 2, scale});
+		this.set({x: (x1 + x2) / 2, y: (y1 + y2 + (margin - bottom) / scale) / 2, scale});
 	}
 }
 
@@ -57,11 +57,11 @@ export function listenView(canvas, camera, moved, clicked) {
 		fingers.set(event.pointerId, at(event));
 	};
 	canvas.onpointermove = event => {
-		const id = event.pointerId, before = fingers.get(id), now = at(event), other = [...fingers].find(each => each[0] !== id);
+		const id = event.pointerId, before = fingers.get(id), now = at(event), other = [...fingers].find(each => each[0] !== id)?.[1];
 		if (!before) return;
 		way += far(now, before);
 		fingers.set(id, now);
-		if (other) camera.zoom(far(now, other[1]) / Math.max(1, far(before, other[1])), now.map((each, axis) => (each + other[1][axis]) / 2));
+		if (other) camera.zoom(far(now, other) / Math.max(1, far(before, other)), now.map((each, axis) => (each + other[axis]) / 2));
 		if (way > 6 && !(other && camera.follows)) camera.drag((now[0] - before[0]) / fingers.size, (now[1] - before[1]) / fingers.size);
 	};
 	canvas.onpointerup = canvas.onpointercancel = event => {
