@@ -66,11 +66,6 @@ def test_columns_of_another_length_are_refused(module):
     assert "length" in module("frames.js", body, list(columns(ROWS, 2)))
 
 
-@pytest.mark.parametrize("limit, place", [(-1, -1), (0, 0), (1.5, 1), (2, 3), (99, 4)])
-def test_a_place_in_a_list_is_found(module, limit, place):
-    assert module("frames.js", "return m.lastNotAbove([0, 1, 2, 2, 5], a[0])", limit) == place
-
-
 # --- Hand ---
 
 HANDS = {
@@ -251,18 +246,10 @@ def test_nothing_is_said_before_the_server_greets(module):
 
 # --- Recording and model ---
 
-def test_the_index_keeps_the_last_word_of_each_thing(module):
-    body = """
-        const index = m.indexOf([[0, {status: {robot: 1, link: "a"}}], [1, {status: {robot: 2}}], [2,
-            {status: {robot: 1}}],
-            [3, {cans: []}], [3, {trail: {robot: 1}}]]);
-        return [...index].map(([about, one]) => [about, one.times])"""
-    assert module("recording.js", body) == [["status1", [0, 2]], ["status2", [1]], ["cans", [3]]]
-
-
 def test_what_is_compressed_is_unpacked(module):
     body = """
-        const r = new m.Recording({duration: 1, messages: [], columns: [{robot: 7, rows: 2, sonar: 2}]}, {list: []});
+        const {Model} = await import("/model.js");
+        const r = new m.Recording({duration: 1, messages: [], columns: [{robot: 7, rows: 2, sonar: 2}]}, new Model());
         await r.unpack(7, Uint8Array.from(a[0])); return [...r.unpacked.get(7).x]"""
     assert module("recording.js", body, list(zlib.compress(columns(ROWS, 2)))) == [10, -1500]
 
@@ -288,11 +275,3 @@ def test_robots_that_go_are_forgotten_and_others_kept(module):
         model.take("robots", [{robot: 1}, {robot: 3}]); model.take("status", {robot: 9});
         return [model.list.map(each => each.number), one === model.robot(1)]"""
     assert module("model.js", body) == [[1, 3], True]
-
-
-def test_the_same_words_are_counted(module):
-    body = """
-        const model = new m.Model(); for (const text of ["a", "a", "b", "a"]) model.take("said", {robot: 1,
-            level: "info", text});
-        return model.log.map(each => [each.text, each.times])"""
-    assert module("model.js", body) == [["a", 2], ["b", 1], ["a", 1]]

@@ -45,7 +45,7 @@ def recorded(page, server):
     page.driver.get(server.url)
     page.shows("name", "recorded")
     server.send(b"\x02" + struct.pack("<H", 7) + columns)
-    page.shows("linear", "0.10 m/s")
+    page.shows("Forward", "0.10 m/s")
     return page
 
 
@@ -79,9 +79,8 @@ def test_keys_on_the_time_line_and_marks(recorded):
     recorded.shows("clock", "7:31.0")
     recorded.js("document.getElementById('mark-previous').click()")
     recorded.shows("clock", "7:30.0")
-    recorded.js("document.querySelector('#mark-list li button').click()")
+    recorded.js("document.getElementById('mark-previous').click()")
     recorded.shows("clock", "0:12.3")
-    assert recorded.js("return document.querySelectorAll('#mark-list li').length") == 2
 
 
 def test_the_time_line_is_dragged(recorded):
@@ -128,7 +127,7 @@ def test_a_gap_in_the_recording_is_told(page, server):
     page.driver.get(server.url)
     page.shows("name", "recorded")
     server.send(b"\x02" + struct.pack("<H", 7) + columns)
-    page.shows("linear", "0.10 m/s")
+    page.shows("Forward", "0.10 m/s")
     page.press("KeyL")
     page.shows("old", "NO DATA")
 
@@ -140,7 +139,7 @@ def test_one_file_works_by_a_double_click(page, tmp_path):
     recording["name"] = "</script><b>run"
     (tmp_path / "run.html").write_text(one_file(recording), encoding="utf-8")
     page.driver.get((tmp_path / "run.html").as_uri())
-    page.shows("linear", "0.10 m/s")
+    page.shows("Forward", "0.10 m/s")
     page.press("KeyL")
     page.shows("clock", "0:12.3")
     assert page.text("title") == "</script><b>run" and page.text("mode") == "recording"

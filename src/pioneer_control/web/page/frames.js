@@ -5,7 +5,7 @@ export const FLAG = {link: 1, motors: 2, button: 4, stallLeft: 8, stallRight: 16
 export const GRIP = {moving: 8, open: 2, closed: 4, "lift moving": 64, up: 16, down: 32, "holds something": 128};
 const FIELDS = [["robot", 16], ["stamp", 32], ["age", 16, 1000], ["x", -32, 1000], ["y", -32, 1000], ["heading", 16, 32768 / Math.PI],
 	["linear", -16, 1000], ["angular", -16, 1000], ["flags", 16], ["gripper", 8]];		// bits (-: signed), and units in one
-const COLUMNS = ["time", "x", "y", "heading", "linear", "angular", "flags", "gripper"];
+const COLUMNS = ["time", ...FIELDS.slice(3).map(([name]) => name)];
 const UNITS = Object.fromEntries(FIELDS.map(([name, , unit = 1]) => [name, unit]));
 
 function rangeOf(byte) {
@@ -45,14 +45,4 @@ export function frameAt(columns, row, robot) {
 	const frame = {robot, stamp: columns.time[row], age: 0, ranges: columns.ranges.map(each => rangeOf(each[row]))};
 	for (const name of COLUMNS.slice(1)) frame[name] = columns[name][row] / UNITS[name];
 	return frame;
-}
-
-// The last place in a sorted list whose number is not above the limit; -1 where all are.
-export function lastNotAbove(numbers, limit) {
-	let low = -1, high = numbers.length;
-	while (high - low > 1) {
-		const middle = low + high >> 1;
-		if (numbers[middle] <= limit) low = middle; else high = middle;
-	}
-	return low;
 }

@@ -1,10 +1,10 @@
 // Wires all together: what comes in goes into the model, each picture is drawn from it, and only then the hand is told on.
 
-import {Controls} from "./controls.js";
+import {listenHand} from "./controls.js";
 import {Deadman, Hand} from "./hand.js";
 import {MapPicture} from "./map.js";
 import {Model} from "./model.js";
-import {$, Panel, put, show} from "./panel.js";
+import {$, put, show, showAll} from "./panel.js";
 import {Recording, unpacked} from "./recording.js";
 import {Live} from "./source.js";
 import {TimeLine} from "./timeline.js";
@@ -15,24 +15,19 @@ const READ = 400;	// ms that a number stays, to be read
 const SAID = 6000;	// ms that a message stays on the map
 const NO_KEY = "Open this page with its whole address, as the server printed it: with # and the key at its end.";
 
-const model = new Model(), camera = new Camera(), picture = new MapPicture($("floor"), $("moving"), camera), root = document.documentElement;
+const model = new Model(), camera = new Camera(), picture = new MapPicture($("floor"), $("moving"), camera);
 const hand = new Hand(), deadman = new Deadman(message => live.send(message)), stopsToSend = new Set();
-const controls = new Controls(hand, {stop: () => timeline ? timeline.toggle() : stop(), gone: () => deadman.letGo(), key: pressed});
-const panel = new Panel(choose, command => act({do: "gripper", command}));
+const controls = listenHand(hand, {stop: () => timeline ? timeline.toggle() : stop(), gone: () => deadman.letGo(), key: pressed});
 let live = null, recording = null, timeline = null, chosen = null, unpacking = Promise.resolve();
-let redraw = true, rewrite = true, fitted = true, panelAt = 0, turnedAt = 0, saidAt = 0, ageAt = 0, worst = 0;
-
-function changed() {
-	redraw = rewrite = true;
-}
+let dirty = true, turnedAt = 0, saidAt = 0, ageAt = 0;
 
 function say(text) {
 	put("said", text);
 	saidAt = performance.now();
 }
 
-function act(message) {
-	if (!live.send({robot: chosen?.number, ...message})) say("No connection: nothing was sent.");
+function act(order, more) {
+	if (!live.send({do: order, robot: chosen?.number, ...more})) say("No connection: nothing was sent.");
 }
 
 // A stop that cannot go now goes as soon as it can: it never does harm.
@@ -46,20 +41,19 @@ function stop(robot = chosen?.number ?? "all") {
 function choose(number) {
 	controls.drop();
 	chosen = model.robot(number) || model.list[0] || null;
-	worst = 0;
 	timeline?.dress(chosen?.number);
-	changed();
-}
-
-// The robots may have changed: keep the chosen one, if it is still there.
-function keep() {
-	if (!model.list.includes(chosen)) choose(model.list.find(robot => robot.info.yours)?.number);
-	changed();
+	dirty = true;
 }
 
 function step(way) {
 	const {list} = model;
-	if (list.length > 1) choose(list[(list.indexOf(chosen) + way + list.length) % list.length].number);
+	if (list.length) choose(list[(list.indexOf(chosen) + way + list.length) % list.length].number);
+}
+
+// Something came: keep the chosen robot, if it is still there.
+function changed() {
+	if (!model.list.includes(chosen)) choose(model.list.find(robot => robot.info.yours)?.number);
+	dirty = true;
 }
 
 // --- What comes in ---
@@ -68,11 +62,11 @@ function text(kind, value) {
 	model.take(kind, value);
 	if (kind === "hello") greet(value);
 	if (kind === "said") say(value.text);
-	if (kind === "world" && fitted) fit();
-	keep();
+	if (kind === "world" && camera.fitted) fit();
+	changed();
 }
 
-function greet({title, you = "", teacher = false}) {
+function greet({title, you = "", teacher}) {
 	document.title = title;
 	put("title", title);
 	show("teacher", teacher);
@@ -81,176 +75,159 @@ function greet({title, you = "", teacher = false}) {
 
 function frames(list) {
 	for (const [frame, sent] of list) model.robot(frame.robot)?.take(frame, sent);
-	if (fitted && !model.world) fit();
-	changed();
+	if (camera.fitted && !model.world) fit();
+	dirty = true;
 }
 
 function connection(state, reason) {
 	put("mode", state);
 	put("notice", state === "no key" ? NO_KEY : reason);
 	if (state !== "live") return controls.drop();
-	for (const robot of stopsToSend) live.send({do: "stop", robot});
+	for (const robot of stopsToSend) stop(robot);
 	stopsToSend.clear();
 }
 
-// Bytes of a recording: first what was said (3), then the columns of each robot (2). One after the other, as they came.
+// Bytes of a recording: what was said (3), and then the columns of each robot (2). One after the other, as they came.
 function recorded(data) {
-	const columns = new Uint8Array(data)[0] === 2;
-	unpacking = unpacking.then(async () => {
-		if (columns) await recording.unpack(new DataView(data).getUint16(1, true), new Uint8Array(data, 3));
-		else record(JSON.parse(await new Response(await unpacked(new Uint8Array(data, 1))).text()));
-		dress();
-	});
+	const columns = new Uint8Array(data)[0] === 2, robot = columns && new DataView(data).getUint16(1, true);
+	unpacking = unpacking.then(async () => columns ? unpack(robot, new Uint8Array(data, 3)) :
+		record(JSON.parse(new TextDecoder().decode(await unpacked(new Uint8Array(data, 1))))));
 }
 
-async function record(value) {
+function record(value) {
 	recording = new Recording(value, model);
 	document.body.classList.add("recorded");
 	show("time", true);
 	put("mode", "recording");
 	greet({title: value.name});
-	timeline = new TimeLine(recording, keep);
-	timeline.seek(0);
-	for (const {robot, data} of value.columns) if (data) await recording.unpack(robot, Uint8Array.from(atob(data), each => each.charCodeAt()));
+	timeline = new TimeLine(recording, changed);
+	dress();
+	for (const {robot, data} of value.columns) if (data) unpack(robot, Uint8Array.from(atob(data), each => each.charCodeAt()));
+}
+
+async function unpack(robot, packed) {
+	await recording.unpack(robot, packed);
 	dress();
 }
 
 // --- The view ---
 
 function fit() {
-	follow(false);
 	camera.fit(model.bounds());
-	fitted = true;
+	dirty = true;
 }
 
-function follow(on) {
-	camera.follows = on;
-	$("follow").ariaPressed = String(on);
-	changed();
+function follow() {
+	camera.follows = !camera.follows;
+	dirty = true;
 }
 
+function zoom(factor) {
+	camera.zoom(factor);
+	dirty = true;
+}
+
+// The size, the colours, or what is unpacked of a recording changed.
 function dress() {
 	picture.dress();
-	if (fitted) fit();
 	timeline?.seek(recording.at);
 	timeline?.dress(chosen?.number);
-	changed();
-}
-
-function setTheme(theme) {
-	root.dataset.theme = theme;
-	dress();
+	if (camera.fitted) fit();
+	dirty = true;
 }
 
 // --- Keys and buttons ---
 
 const ACTIONS = {
-	unlock: () => act({do: "unlock"}), "unlock-all": () => act({do: "unlock", robot: "all"}), take: () => act({do: "take"}),
-	release: () => act({do: "release"}), "motors-switch": () => act({do: "motors", on: $("motors").textContent === "off"}),
-	slower: () => raise(-1), faster: () => raise(1), previous: () => step(-1), next: () => step(1), fit, follow: () => follow(!camera.follows),
-	"zoom-in": () => camera.zoom(1.25), "zoom-out": () => camera.zoom(0.8),
+	unlock: () => act("unlock"), "unlock-all": () => act("unlock", {robot: "all"}), take: () => act("take"), release: () => act("release"),
+	"motors-switch": () => act("motors", {on: $("Motors").textContent === "off"}), slower: () => raise(-0.05), faster: () => raise(0.05),
+	fit, "zoom-in": () => zoom(1.25), "zoom-out": () => zoom(0.8), follow,
 	"help-open": () => {
 		controls.drop();
 		$("help").showModal();
 	},
-	theme: () => setTheme(kept(localStorage, "theme", root.dataset.theme === "dark" ? "light" : "dark")),
 	"mark-previous": () => timeline.jump(-1), "mark-next": () => timeline.jump(1), play: () => timeline.toggle(),
 };
 
-// A key does what the button does that names it, if it can be seen.
+// A key does what the button does that names it, if that can be seen.
 function pressed(key) {
-	const button = document.querySelector(`[aria-keyshortcuts~="${CSS.escape(key.toUpperCase())}"]`);
+	const name = key.toUpperCase(), button = document.querySelector(`[aria-keyshortcuts~="${CSS.escape(name)}"]`);
 	if (button?.checkVisibility()) button.click();
+	if (name === "N" || name === "P") step(name === "N" ? 1 : -1);
 }
 
-// In steps: 0.05 m/s, from 0.3 on 0.1.
-function raise(way) {
-	const limit = chosen.helm.limit[0], size = limit + way * 0.01 < 0.3 ? 20 : 10, linear = (Math.round(limit * size) + way) / size;
-	act({do: "limit", linear: Math.max(0.05, Math.min(chosen.info.max_linear || 2, linear))});
+function raise(by) {
+	const linear = Math.max(0.05, Math.min(chosen.info.max_linear || 2, chosen.helm.limit[0] + by));
+	act("limit", {linear: Math.round(100 * linear) / 100});
 }
 
 // The space bar is STOP even in a text: there, _ is written for a space.
-function listenForm(field, make) {
-	$(field).form.onsubmit = event => {
+function listenForm(field, send) {
+	field.form.onsubmit = event => {
 		event.preventDefault();
-		const words = $(field).value.replace(/_/g, " ").trim();
-		if (words) live.send(make(words));
-		if (field === "say-text") $(field).value = "";
-		$(field).blur();
+		const words = field.value.replace(/_/g, " ").trim();
+		if (words) send(words);
+		field.blur();
 	};
 }
 
-// A finger on STOP counts when it comes down; the click that follows is the same one.
-function listenStop(id, robot) {
-	let down = -Infinity;
-	$(id).onpointerdown = event => {
-		down = event.timeStamp;
-		stop(robot);
-	};
-	$(id).onclick = event => event.timeStamp - down > 1000 && stop(robot);
+// A finger on STOP counts when it comes down; the click that follows is the same one. A click of the keyboard has no detail.
+function listenStop(button, robot) {
+	button.onpointerdown = () => stop(robot);
+	button.onclick = event => event.detail || stop(robot);
 }
 
 function listen() {
 	for (const [id, action] of Object.entries(ACTIONS)) $(id).onclick = action;
-	listenStop("stop");
-	listenStop("stop-all", "all");
-	listenForm("say-text", text => ({do: "say", text}));
-	listenForm("my-name", name => ({do: "name", name}));
-	listenView($("moving"), camera, moved => {
-		fitted = false;
-		if (camera.follows && moved === "dragged") follow(false);
-		changed();
-	}, at => choose((picture.robotAt(model, at) || chosen)?.number));
+	listenStop($("stop"));
+	listenStop($("stop-all"), "all");
+	listenForm($("my-name"), name => live.send({do: "name", name}));
+	listenForm($("say-text"), text => {
+		if (live.send({do: "say", text})) $("say-text").value = "";
+	});
+	$("tiles").onclick = event => choose(Number(event.target.closest("button").value));
+	$("grip").onclick = event => act("gripper", {command: event.target.value});
+	listenView($("moving"), camera, () => dirty = true, at => choose(picture.robotAt(at) ?? chosen?.number));
 	new ResizeObserver(dress).observe($("moving"));
+	matchMedia("(prefers-color-scheme: dark)").onchange = dress;
 }
 
 // --- Each picture ---
 
-function ageText(ms) {
-	return ms === Infinity ? "none" : ms < 1000 ? `${Math.round(ms)} ms old` : `${(ms / 1000).toFixed(1)} s old`;
-}
-
-// How old what the chosen robot shows is (ms).
-function ageOf({frame, sent}, now) {
-	return !frame ? Infinity : recording ? 1000 * recording.at - frame.stamp : 1000 * frame.age + now - sent;
-}
-
-function showAge(now) {
-	const age = chosen ? ageOf(chosen, now) : Infinity, old = chosen !== null && age > OLD;
-	worst = Math.max(worst, age);
-	document.body.classList.toggle("is-old", old);
-	show("old", old);
-	put("old-words", !old ? "" : recording ? "NO DATA" : chosen.frame ? "OLD PICTURE:" : "NO PICTURE");
-	put("old-age", old && chosen.frame ? ageText(age) : "");
-	if (now - ageAt < READ && !old) return;
-	put("age-text", ageText(worst));
-	[ageAt, worst] = [now, 0];
-}
-
 function turn() {
 	requestAnimationFrame(turn);
-	const now = performance.now();
 	controls.poll();
+	const now = performance.now(), want = hand.wants(), frame = chosen?.frame;
 	timeline?.advance((now - turnedAt) / 1000);
 	turnedAt = now;
-	const want = hand.wants(), frame = chosen?.frame;
-	if (camera.follows && frame) camera.set({x: model.pose(chosen).x, y: model.pose(chosen).y});
-	if (redraw || want) {
+	if (dirty || want) {
+		if (camera.follows && frame) camera.set({x: model.pose(chosen).x, y: model.pose(chosen).y});
+		$("follow").ariaPressed = String(camera.follows);
 		picture.draw(model, chosen);
 		timeline?.draw();
-		redraw = false;
+		showAll(model, chosen, !recording);
+		dirty = false;
 	}
-	if (!recording && live) {		// right after the drawing: what was drawn, and where the hand wants to go by this picture
+	if (live && !recording) {		// right after the drawing: what was drawn, and where the hand wants to go by this picture
 		live.drawn(now);
 		if (want && !(frame && live.open && chosen.info.yours !== false && !chosen.locked && !$("help").open)) controls.drop();
 		else if (frame) deadman.drawn(want, chosen.number, frame.stamp, chosen.sent, now);
 	}
-	if (rewrite && now - panelAt > 80) {
-		panel.update(model, chosen, !recording);
-		[panelAt, rewrite] = [now, false];
-	}
-	showAge(now);
+	showAge(now, frame);
 	if (now - saidAt > SAID) put("said");
+}
+
+// How old what the chosen robot shows is (ms).
+function showAge(now, frame) {
+	const age = !frame ? Infinity : recording ? 1000 * recording.at - frame.stamp : 1000 * frame.age + now - chosen.sent;
+	const old = age > OLD && chosen !== null, words = !frame ? "" : age < 1000 ? `${Math.round(age)} ms` : `${(age / 1000).toFixed(1)} s`;
+	document.body.classList.toggle("is-old", old);
+	show("old", old);
+	put("old-words", !old ? "" : recording ? "NO DATA" : frame ? "OLD PICTURE:" : "NO PICTURE");
+	put("old-age", words);
+	if (!old && now - ageAt < READ) return;
+	put("age-text", words ? words + " old" : "none");
+	ageAt = now;
 }
 
 // --- Beginning ---
@@ -272,15 +249,10 @@ function firstWords() {
 	return {key, visitor: kept(localStorage, "visitor") || kept(localStorage, "visitor", made)};
 }
 
-function begin() {
-	const dark = matchMedia("(prefers-color-scheme: dark)"), inside = $("recording");
-	dark.onchange = () => setTheme(kept(localStorage, "theme") || (dark.matches ? "dark" : "light"));
-	dark.onchange();
-	listen();
-	if (inside) record(JSON.parse(inside.textContent));
-	else live = new Live(location.origin.replace("http", "ws") + "/page", firstWords(), {text, frames, state: connection, recorded});
-	window.onhashchange = () => live && location.hash.length > 1 && location.reload();
-	turn();
-}
-
-begin();
+const inside = $("recording");
+listen();
+if (inside) record(JSON.parse(inside.textContent));
+else live = new Live(location.origin.replace("http", "ws") + "/page", firstWords(), {text, frames, state: connection, recorded});
+onhashchange = () => live && location.hash.length > 1 && location.reload();
+dress();
+turn();

@@ -4,8 +4,7 @@ import {FLAG} from "./frames.js";
 
 const STEP = 0.03;		// m between two points of a trail
 const MOST = 6000;		// points of a trail
-const ECHOES = 240;		// remembered of a robot
-const UNTOLD = {status: {link: "ok", faults: [], counts: {}}, helm: {locks: [], limit: [0.2, 0.6]}};	// until the server tells
+const UNTOLD = {status: {link: "ok", faults: []}, helm: {locks: [], limit: [0.2, 0.6]}};	// until the server tells
 
 // A point in the frame of a pose, in the frame that the pose is in.
 export function place({x: left, y: top, heading}, [x, y]) {
@@ -14,14 +13,14 @@ export function place({x: left, y: top, heading}, [x, y]) {
 }
 
 // Where the sonar heard something in a frame, in the odometry frame.
-export function echoesOf({sonar = []}, frame) {
-	return sonar.map((one, i) => one && Number.isFinite(frame.ranges[i]) &&
+export function echoesOf({sonar}, frame) {
+	return sonar.map((one, i) => one && frame.ranges[i] < Infinity &&
 		place(frame, place({x: one[0], y: one[1], heading: one[2]}, [frame.ranges[i], 0]))).filter(Boolean);
 }
 
 class Robot {
 	constructor(number) {
-		Object.assign(this, {number, frame: null, sent: 0, trail: [], echoes: [], ...UNTOLD});
+		Object.assign(this, {number, frame: null, sent: 0, trail: [], ...UNTOLD});
 	}
 
 	// Whether any of these flags is set in the newest frame.
@@ -34,18 +33,23 @@ class Robot {
 	}
 
 	take(frame, sent) {
-		const {trail, echoes} = this, last = trail[trail.length - 1];
+		const {trail} = this, [x, y] = trail[trail.length - 1] || [];
 		Object.assign(this, {frame, sent});
-		if (last && Math.hypot(frame.x - last[0], frame.y - last[1]) < STEP) return;
+		if (Math.hypot(frame.x - x, frame.y - y) < STEP) return;
 		if (trail.push([frame.x, frame.y]) > MOST) trail.splice(0, MOST / 4);
-		echoes.push(...echoesOf(this.info, frame));
-		echoes.splice(0, echoes.length - ECHOES);
 	}
 }
 
 export class Model {
 	constructor() {
-		Object.assign(this, {list: [], world: null, origins: {}, cans: [], goals: {}, log: []});
+		this.list = [];
+		this.forget();
+	}
+
+	// Nothing was told yet.
+	forget() {
+		Object.assign(this, {world: null, origins: {}, cans: [], goals: {}, log: []});
+		for (const robot of this.list) Object.assign(robot, UNTOLD);
 	}
 
 	robot(number) {
@@ -57,18 +61,10 @@ export class Model {
 		const robot = this.robot(value?.robot);
 		if (kind === "robots") this.list = value.map(info => Object.assign(this.robot(info.robot) || new Robot(info.robot), {info}))
 			.sort((one, other) => one.number - other.number);
-		else if (kind === "said") this.hear(value);
+		else if (kind === "said") this.log = [...this.log.slice(-7), value];
 		else if (kind in UNTOLD && robot) robot[kind] = {...UNTOLD[kind], ...value};
 		else if (kind === "trail" && robot) robot.trail = value.points;
 		else if (["origins", "cans", "goals", "world"].includes(kind)) this[kind] = value;
-	}
-
-	// The same words again are counted, not repeated.
-	hear(said) {
-		const last = this.log[this.log.length - 1];
-		if (last?.text === said.text && last.robot === said.robot) last.times++;
-		else this.log.push({...said, times: 1});
-		this.log.splice(0, this.log.length - 100);
 	}
 
 	// Where the odometry of a robot begins in the map.
@@ -84,10 +80,10 @@ export class Model {
 
 	// What a picture of all must show: the map, or the robots and some room around them.
 	bounds() {
-		const poses = this.list.filter(robot => robot.frame).map(robot => this.pose(robot)), room = 2.5;
-		const edge = (most, axis, way) => most(...poses.map(pose => pose[axis])) + way * room;
+		const room = 2.5, poses = this.list.filter(robot => robot.frame).map(robot => this.pose(robot));
+		const xs = poses.map(({x}) => x), ys = poses.map(({y}) => y);
 		return this.world ? this.world.bounds : !poses.length ? [-room, -room, room, room] :
-			[edge(Math.min, "x", -1), edge(Math.min, "y", -1), edge(Math.max, "x", 1), edge(Math.max, "y", 1)];
+			[Math.min(...xs) - room, Math.min(...ys) - room, Math.max(...xs) + room, Math.max(...ys) + room];
 	}
 }
 
@@ -100,7 +96,7 @@ export function stateOf(robot) {
 	if (robot.is(FLAG.stallLeft | FLAG.stallRight)) return ["bad", "!", "stalled"];
 	if (robot.is(FLAG.bumpFront | FLAG.bumpRear)) return ["bad", "!", "bumped"];
 	if (faults.some(fault => fault.level === "error")) return ["bad", "!", "fault"];
-	if (commander === "person") return ["person", "◆", who || "a person"];
+	if (commander === "person") return ["person", "◆", who || "by hand"];
 	if (commander === "program") return ["program", "▶", "program"];
 	return ["still", ...robot.is(FLAG.motors) ? ["●", "stands"] : ["○", "motors off"]];
 }

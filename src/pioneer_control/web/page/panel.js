@@ -7,25 +7,25 @@ export function $(id) {
 	return document.getElementById(id);
 }
 
-// Changes only what is not yet so: a screen reader speaks only of what changed. The style sheet hides paragraphs without words.
-export function put(element, text = "", kind = "") {
+// Changes only what is not yet so: a screen reader speaks only of what changed. The style sheet hides what has no words.
+export function put(element, text, kind) {
 	if (typeof element === "string") element = $(element);
-	if (element.textContent !== text) element.textContent = text;
-	if (element.dataset.kind !== kind) element.dataset.kind = kind;
+	if (element.textContent !== (text || "")) element.textContent = text || "";
+	if (element.dataset.kind !== (kind || "")) element.dataset.kind = kind || "";
 }
 
 export function show(id, shown) {
 	$(id).hidden = !shown;
 }
 
-export function make(parent, tag, text = "", more = {}) {
+function make(parent, tag, text = "", more = {}) {
 	const element = Object.assign(document.createElement(tag), {textContent: text, ...more});
 	parent.append(element);
 	return element;
 }
 
-// Fills a list with an item for each value, if the values are others than before.
-export function items(list, values, fill) {
+// Makes an item for each value of a list, if the values are others than before.
+function items(list, values, fill) {
 	const key = JSON.stringify(values);
 	if (list.dataset.key === key) return;
 	list.dataset.key = key;
@@ -33,111 +33,91 @@ export function items(list, values, fill) {
 	for (const value of values) fill(make(list, "li"), value);
 }
 
-// The words of a table whose bits are set.
-function named(bits, words, none) {
-	return Object.keys(words).filter(word => bits & words[word]).join(", ") || none;
-}
-
-// The numbers: title, what is so, and the level where it is bad.
+// The numbers: what is so, and whether that is bad (or its level).
 const NUMBERS = {
-	linear: ["Forward", ({frame}) => frame.linear.toFixed(2) + " m/s"],
-	angular: ["Turn", ({frame}) => turnText(Math.round(frame.angular * 180 / Math.PI))],
-	battery: ["Battery", batteryText, ({status: {battery}}) => battery?.level],
-	motors: ["Motors", robot => robot.is(FLAG.motors) ? "on" : "off"],
-	wheels: flagged("Wheels", {"left stalled": FLAG.stallLeft, "right stalled": FLAG.stallRight}),
-	bumpers: flagged("Bumpers", {"front pressed": FLAG.bumpFront, "rear pressed": FLAG.bumpRear}),
-	button: flagged("STOP button", {pressed: FLAG.button}),
-	gripper: ["Gripper", ({frame}) => named(frame.gripper, GRIP, "half open")],
-	link: ["Link", linkText, ({status: {link}}) => link === "ok" ? "" : "error"],
+	Forward: ({frame}) => [frame.linear.toFixed(2) + " m/s"],
+	Turn: ({frame}) => [turnText(Math.round(frame.angular * 180 / Math.PI))],
+	Battery: robot => batteryText(robot.status.battery || {}, robot.is(FLAG.charging)),
+	Motors: robot => [robot.is(FLAG.motors) ? "on" : "off"],
+	Wheels: robot => flagged(robot, {"left stalled": FLAG.stallLeft, "right stalled": FLAG.stallRight}),
+	Bumpers: robot => flagged(robot, {"front pressed": FLAG.bumpFront, "rear pressed": FLAG.bumpRear}),
+	"STOP button": robot => flagged(robot, {pressed: FLAG.button}),
+	Gripper: ({frame: {gripper}}) => [gripper ? named(gripper, GRIP) || "half open" : "none"],
 };
 
-function flagged(title, words) {
-	const say = ({frame}) => named(frame.flags, words, "free");
-	return [title, say, robot => say(robot) === "free" ? "" : "error"];
+// The words of a table whose bits are set.
+function named(bits, words) {
+	return Object.keys(words).filter(word => bits & words[word]).join(", ");
+}
+
+function flagged({frame}, words) {
+	const found = named(frame.flags, words);
+	return [found || "free", found && "error"];
 }
 
 function turnText(degrees) {
 	return Math.abs(degrees) + " °/s" + (degrees > 0 ? " left" : degrees ? " right" : "");
 }
 
-function batteryText(robot) {
-	const {volts, charge, level} = robot.status.battery || {}, word = {warn: "low", error: "empty"}[level];
-	return volts ? [`${volts.toFixed(1)} V`, typeof charge === "number" && `${Math.round(100 * charge)} %`, word,
-		robot.is(FLAG.charging) && "charging"].filter(Boolean).join(" · ") : "not known";
+function batteryText({volts, charge, level}, charging) {
+	const words = [volts?.toFixed(1) + " V", charge >= 0 && charge !== null && Math.round(100 * charge) + " %", {warn: "low", error: "empty"}[level],
+		charging && "charging"];
+	return volts ? [words.filter(Boolean).join(" · "), level] : ["not known"];
 }
 
-function linkText({status: {link, lost, counts}}) {
-	return link !== "ok" ? link + (lost ? ": " + lost : "") : `works, ${Math.round(counts.sips_per_second || 0)} packets/s, ` +
-		`${counts.bad_checksums || "none"} damaged, ${counts.reconnects || "no"} reconnects`;
-}
-
-// Who drives: sign, words, and what may be done about it.
+// Who drives, and what may be done about it.
 function driver({locked, helm: {commander, who, you, programs, locks}}) {
-	const others = {free: "Programs may command.", "locked out": "Programs are locked out."}[programs];
-	return locked ? ["■", "Locked: " + (locks.join(", ") || "it takes no commands"), "Nothing moves until somebody unlocks."] :
-		commander === "person" ? ["◆", you ? "You drive" : `${who || "Somebody"} drives`, others] :
-			commander === "program" ? ["▶", "A program drives", "Take the helm to drive by hand."] : ["○", "Nobody drives", others];
+	return locked ? ["Locked: " + (locks.join(", ") || "it takes no commands"), "Nothing moves until somebody unlocks."] :
+		commander === "program" ? ["A program drives", "Take the helm to drive by hand."] :
+			[commander ? you ? "You drive" : `${who || "Somebody"} drives` : "Nobody drives",
+				{free: "Programs may command.", "locked out": "Programs are locked out."}[programs]];
 }
 
-export class Panel {
-	// choose(number) is called for a click in the list, grip(command) for a button of the gripper.
-	constructor(choose, grip) {
-		Object.assign(this, {choose, tiles: new Map()});
-		for (const command of ["open", "close", "up", "down", "deploy", "store", "stop"])
-			make($("grip"), "button", command === "stop" ? "halt" : command).onclick = () => grip(command);
-		for (const [id, [title]] of Object.entries(NUMBERS)) {
-			const cell = make($("numbers"), "div");
-			make(cell, "dt", title);
-			make(cell, "dd", "", {id});
-		}
-	}
+for (const title in NUMBERS) {
+	const cell = make($("numbers"), "div");
+	make(cell, "dt", title);
+	make(cell, "dd", "", {id: title});
+}
 
-	update({list, log}, robot, live) {
-		this.updateList(list, robot);
-		items($("log-list"), log.slice(-8), (item, said) => put(item, (said.robot ? said.robot + ": " : "") + said.text +
-			(said.times > 1 ? ` (${said.times} times)` : ""), said.level));
-		document.body.classList.toggle("empty", !robot);
-		if (robot) this.updateRobot(robot, live, live && robot.info.yours !== false);
-	}
+export function showAll({list, log}, robot, live) {
+	showList(list, robot);
+	items($("log-list"), log, (item, {robot, text, level}) => put(item, (robot ? robot + ": " : "") + text, level));
+	document.body.classList.toggle("empty", !robot);
+	if (robot) showRobot(robot, live, live && robot.info.yours !== false);
+}
 
-	updateRobot(robot, live, mine) {
-		const {number, info, frame, helm: {locks, programs, limit}, status: {decision, faults}} = robot, locked = locks.length > 0;
-		const [sign, words, note] = driver(robot), gripper = frame?.gripper > 0, motors = robot.is(FLAG.motors);
-		const texts = {number: String(number), name: info.name, model: info.model + (info.simulated ? " · simulated" : ""),
-			"driver-sign": sign, "driver-text": words, "driver-note": !live ? "" : mine ? note : "You may look, but not drive this one.",
-			doing: decision?.doing, why: decision?.why && "because " + decision.why, "limit-text": limit[0].toFixed(2) + " m/s",
-			"motors-switch": motors ? "Switch motors off" : "Switch motors on",
-			hint: !mine ? "look only" : robot.locked ? "locked: unlock above" : !motors ? "motors are off" :
-				programs === "driving" ? "a program drives" : "hold arrows or stick"};
-		for (const [id, text] of Object.entries(texts)) put(id, text);
-		const shown = {unlock: mine && locked, take: mine && !locked && ["driving", "free"].includes(programs),
-			release: mine && !locked && programs === "locked out", decision, controls: mine, grip: gripper};
-		for (const [id, is] of Object.entries(shown)) show(id, is);
-		$("helm").dataset.kind = stateOf(robot)[0];
-		items($("faults"), faults, (item, {level, task, text}) => put(item, `${level === "error" ? "✖" : "▲"} ${task}: ${text}`, level));
-		for (const [id, [, say, levelOf]] of Object.entries(NUMBERS)) {
-			const known = frame || id === "link";
-			put(id, known ? say(robot) : "–", known && levelOf?.(robot) || "");
-		}
-		$("gripper").parentNode.hidden = !gripper;
-	}
+function showRobot(robot, live, mine) {
+	const {number, info, frame, helm: {locks, programs, limit}, status} = robot, {decision, faults, link, lost} = status, locked = locks.length > 0;
+	const [kind, sign] = stateOf(robot), [words, note] = driver(robot);
+	const texts = {number: String(number), name: info.name, model: info.model + (info.simulated ? " · simulated" : ""),
+		"driver-sign": sign, "driver-text": words, "driver-note": !live ? "" : mine ? note : "You may look, but not drive this one.",
+		doing: decision?.doing, why: decision?.why && "because " + decision.why, "limit-text": limit[0].toFixed(2) + " m/s",
+		unlock: mine && locked && "Unlock", take: mine && !locked && ["driving", "free"].includes(programs) && "Take the helm",
+		release: mine && !locked && programs === "locked out" && "Give back to programs",
+		"motors-switch": "Switch motors " + (robot.is(FLAG.motors) ? "off" : "on")};
+	for (const id in texts) put(id, texts[id]);
+	for (const title in NUMBERS) put(title, ...frame ? NUMBERS[title](robot) : ["–"]);
+	put("link", link === "ok" ? "" : "No link: " + (lost || link), "error");
+	$("helm").dataset.kind = kind;
+	items($("faults"), faults, (item, {level, task, text}) => put(item, `${level === "error" ? "✖" : "▲"} ${task}: ${text}`, level));
+	show("controls", mine);
+	show("grip", frame?.gripper);
+}
 
-	updateList(list, chosen) {
-		show("list", list.length > 1 || !$("teacher").hidden);
-		show("steps", list.length > 1);
-		items($("tiles"), list.map(robot => robot.number), (item, number) => {
-			const button = make(item, "button", "", {onclick: () => this.choose(number)});
-			this.tiles.set(number, [button, ...["number", "sign", "state", "note"].map(className => make(button, "span", "", {className}))]);
-		});
-		for (const robot of list) {
-			const [button, ...parts] = this.tiles.get(robot.number), [kind, sign, word] = stateOf(robot), pressed = String(robot === chosen);
-			const {status: {battery}, helm: {who, commander}} = robot, drives = (kind === "bad" || kind === "none") && (who || commander);
-			const volts = battery && (battery.level === "ok" ? "" : "low ") + battery.volts.toFixed(1) + " V";
-			[String(robot.number), sign, word, [volts, drives].filter(Boolean).join(" · ")].forEach((text, i) => put(parts[i], text));
-			button.dataset.kind = kind;
-			if (button.ariaPressed === pressed) continue;
-			button.ariaPressed = pressed;
-			if (robot === chosen) button.scrollIntoView({block: "nearest", inline: "nearest"});
-		}
-	}
+function showList(list, chosen) {
+	const tiles = $("tiles");
+	show("list", list.length > 1 || !$("teacher").hidden);
+	items(tiles, list.map(robot => robot.number), (item, number) => {
+		const button = make(item, "button", "", {value: number});
+		for (const tag of ["b", "i", "span", "small"]) make(button, tag);
+	});
+	list.forEach((robot, i) => {
+		const button = tiles.children[i].firstChild, [kind, sign, word] = stateOf(robot), pressed = String(robot === chosen);
+		const {status: {battery}, helm: {who}} = robot, volts = battery && batteryText({...battery, charge: null})[0];
+		[String(robot.number), sign, word, [volts, who].filter(Boolean).join(" · ")].forEach((text, j) => put(button.children[j], text));
+		button.dataset.kind = kind;
+		if (button.ariaPressed === pressed) return;
+		button.ariaPressed = pressed;
+		if (robot === chosen) button.scrollIntoView({block: "nearest", inline: "nearest"});
+	});
 }

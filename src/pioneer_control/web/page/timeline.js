@@ -1,14 +1,13 @@
 // The time line of a recording: speed over time, marks, and where we are; to play, to seek, to jump.
 
-import {FONT, colours, sized} from "./map.js";
-import {$, items, make, put, show} from "./panel.js";
+import {colours, sized} from "./map.js";
+import {$, put} from "./panel.js";
 
 const SIGNS = {fault: ["▲", "bad"], decision: ["╵", "ink2"], event: ["◆", "goal"]};
 const EDGE = 8;		// pixels: half of the thumb of a slider
 
 function clockText(at) {
-	const tenths = Math.round(10 * at);
-	return `${Math.floor(tenths / 600)}:${String(Math.floor(tenths / 10) % 60).padStart(2, "0")}.${tenths % 10}`;
+	return `${Math.floor(at / 60)}:${(at % 60).toFixed(1).padStart(4, "0")}`;
 }
 
 export class TimeLine {
@@ -32,13 +31,9 @@ export class TimeLine {
 	}
 
 	jump(way) {
-		const ahead = mark => way * (mark.at - this.recording.at) > 0.05, mark = way > 0 ? this.marks.find(ahead) : this.marks.findLast(ahead);
-		if (mark) this.go(mark);
-	}
-
-	go(mark) {
-		this.seek(mark.at);
-		put("mark-text", mark.text);
+		const ahead = ({at}) => way * (at - this.recording.at) > 0.05, mark = way > 0 ? this.marks.find(ahead) : this.marks.findLast(ahead);
+		if (mark) this.seek(mark.at);
+		put("mark-text", mark?.text);
 	}
 
 	advance(seconds) {
@@ -47,24 +42,22 @@ export class TimeLine {
 		if (this.recording.at >= this.recording.duration) this.toggle();
 	}
 
-	// The size or the robot is another one.
+	// The size, the colours or the robot are others.
 	dress(number) {
-		const {recording} = this, canvas = $("curve"), marks = recording.marksOf(number);
-		Object.assign(this, {marks, ctx: sized(canvas), colour: colours(), speeds: recording.speeds(number, canvas.clientWidth)});
-		show("marks", marks.length);
-		items($("mark-list"), marks.slice(0, 500), (item, mark) =>
-			make(item, "button", `${clockText(mark.at)} ${(SIGNS[mark.kind] || SIGNS.event)[0]} ${mark.text}`).onclick = () => this.go(mark));
+		const {marks, unpacked} = this.recording;
+		Object.assign(this, {ctx: sized($("curve")), colour: colours(), columns: unpacked.get(number),
+			marks: marks.filter(mark => [number, null, undefined].includes(mark.robot))});
 	}
 
 	draw() {
-		const {ctx, colour, speeds, recording: {at, duration}} = this, {clientWidth: wide, clientHeight: high} = $("curve");
-		const x = time => EDGE + time / duration * (wide - 2 * EDGE), most = Math.max(0.1, ...speeds.map(each => Math.abs(each[1])));
-		const zero = (high + 14) / 2, y = speed => zero - speed / most * (high / 2 - 12);
+		const {ctx, colour, recording: {at, duration}, columns: {rows = 0, time, linear} = {}} = this;
+		const {clientWidth: wide, clientHeight: high} = $("curve"), x = seconds => EDGE + seconds / duration * (wide - 2 * EDGE);
+		const zero = high / 2 + 7, most = linear?.reduce((found, each) => Math.max(found, Math.abs(each)), 100);
 		ctx.clearRect(0, 0, wide, high);
 		ctx.fillStyle = colour.line;
 		ctx.fillRect(EDGE, zero, wide - 2 * EDGE, 1);
-		Object.assign(ctx, {strokeStyle: colour.program, lineWidth: 1.75, font: "11" + FONT}).beginPath();
-		for (const [time, speed] of speeds) ctx.lineTo(x(time), y(speed));
+		Object.assign(ctx, {strokeStyle: colour.program, lineWidth: 1.5}).beginPath();
+		for (let row = 0; row < rows; row += Math.ceil(rows / 4000)) ctx.lineTo(x(time[row] / 1000), zero - linear[row] / most * (high / 2 - 10));
 		ctx.stroke();
 		for (const mark of this.marks) {
 			const [sign, ink] = SIGNS[mark.kind] || SIGNS.event;
