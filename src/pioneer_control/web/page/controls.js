@@ -31,7 +31,6 @@ export function listenHand(hand, on) {
 		hand.put("stick", null);
 	}
 
-	// What is held counts no more until it is let go.
 	function drop() {
 		hand.drop();
 		freeStick();

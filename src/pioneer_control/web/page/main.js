@@ -13,13 +13,11 @@ import {Camera, listenView} from "./view.js";
 const OLD = 500;	// ms: a picture older than this is called old
 const READ = 400;	// ms that a number stays, to be read
 const SAID = 6000;	// ms that a message stays on the map
-const NO_KEY = "Open this page with its whole address, as the server printed it: with # and the key at its end.";
 
 const model = new Model(), camera = new Camera(), picture = new MapPicture($("floor"), $("moving"), camera);
 const hand = new Hand(), deadman = new Deadman(message => live.send(message)), stopsToSend = new Set();
 const controls = listenHand(hand, {stop: () => timeline ? timeline.toggle() : stop(), gone: () => deadman.letGo(), key: pressed});
-let live = null, recording = null, timeline = null, chosen = null, unpacking = Promise.resolve();
-let dirty = true, turnedAt = 0, saidAt = 0, ageAt = 0;
+let live = null, recording = null, timeline = null, chosen = null, unpacking = null, dirty = true, turnedAt = 0, saidAt = 0, ageAt = 0;
 
 function say(text) {
 	put("said", text);
@@ -40,14 +38,14 @@ function stop(robot = chosen?.number ?? "all") {
 
 function choose(number) {
 	controls.drop();
-	chosen = model.robot(number) || model.list[0] || null;
+	chosen = model.robot(number) || model.list[0];
 	timeline?.dress(chosen?.number);
 	dirty = true;
 }
 
 function step(way) {
-	const {list} = model;
-	if (list.length) choose(list[(list.indexOf(chosen) + way + list.length) % list.length].number);
+	const {list} = model, next = list[(list.indexOf(chosen) + way + list.length) % list.length];
+	if (next) choose(next.number);
 }
 
 // Something came: keep the chosen robot, if it is still there.
@@ -62,7 +60,6 @@ function text(kind, value) {
 	model.take(kind, value);
 	if (kind === "hello") greet(value);
 	if (kind === "said") say(value.text);
-	if (kind === "world" && camera.fitted) fit();
 	changed();
 }
 
@@ -75,32 +72,32 @@ function greet({title, you = "", teacher}) {
 
 function frames(list) {
 	for (const [frame, sent] of list) model.robot(frame.robot)?.take(frame, sent);
-	if (camera.fitted && !model.world) fit();
 	dirty = true;
 }
 
 function connection(state, reason) {
 	put("mode", state);
-	put("notice", state === "no key" ? NO_KEY : reason);
+	put("notice", state === "no key" ? "Open this page with its whole address, as the server printed it: with # and the key at its end." : reason);
 	if (state !== "live") return controls.drop();
 	for (const robot of stopsToSend) stop(robot);
 	stopsToSend.clear();
 }
 
-// Bytes of a recording: what was said (3), and then the columns of each robot (2). One after the other, as they came.
-function recorded(data) {
-	const columns = new Uint8Array(data)[0] === 2, robot = columns && new DataView(data).getUint16(1, true);
-	unpacking = unpacking.then(async () => columns ? unpack(robot, new Uint8Array(data, 3)) :
-		record(JSON.parse(new TextDecoder().decode(await unpacked(new Uint8Array(data, 1))))));
+// A recording: what was said (3), and then the columns of each robot (2).
+async function recorded(data) {
+	await unpacking;
+	const bytes = new Uint8Array(data);
+	if (bytes[0] === 3) unpacking = unpacked(bytes.subarray(1)).then(json => record(JSON.parse(new TextDecoder().decode(json))));
+	else unpack(bytes[1] + 256 * bytes[2], bytes.subarray(3));
 }
 
 function record(value) {
 	recording = new Recording(value, model);
+	timeline = new TimeLine(recording, changed);
 	document.body.classList.add("recorded");
 	show("time", true);
 	put("mode", "recording");
 	greet({title: value.name});
-	timeline = new TimeLine(recording, changed);
 	dress();
 	for (const {robot, data} of value.columns) if (data) unpack(robot, Uint8Array.from(atob(data), each => each.charCodeAt()));
 }
@@ -110,29 +107,11 @@ async function unpack(robot, packed) {
 	dress();
 }
 
-// --- The view ---
-
-function fit() {
-	camera.fit(model.bounds());
-	dirty = true;
-}
-
-function follow() {
-	camera.follows = !camera.follows;
-	dirty = true;
-}
-
-function zoom(factor) {
-	camera.zoom(factor);
-	dirty = true;
-}
-
 // The size, the colours, or what is unpacked of a recording changed.
 function dress() {
 	picture.dress();
 	timeline?.seek(recording.at);
 	timeline?.dress(chosen?.number);
-	if (camera.fitted) fit();
 	dirty = true;
 }
 
@@ -141,12 +120,12 @@ function dress() {
 const ACTIONS = {
 	unlock: () => act("unlock"), "unlock-all": () => act("unlock", {robot: "all"}), take: () => act("take"), release: () => act("release"),
 	"motors-switch": () => act("motors", {on: $("Motors").textContent === "off"}), slower: () => raise(-0.05), faster: () => raise(0.05),
-	fit, "zoom-in": () => zoom(1.25), "zoom-out": () => zoom(0.8), follow,
+	fit: () => camera.fitted = true, "zoom-in": () => camera.zoom(1.25), "zoom-out": () => camera.zoom(0.8), follow: () => Object.assign(camera, {follows: !camera.follows, fitted: false}),
+	"mark-previous": () => timeline.jump(-1), "mark-next": () => timeline.jump(1), play: () => timeline.toggle(),
 	"help-open": () => {
 		controls.drop();
 		$("help").showModal();
 	},
-	"mark-previous": () => timeline.jump(-1), "mark-next": () => timeline.jump(1), play: () => timeline.toggle(),
 };
 
 // A key does what the button does that names it, if that can be seen.
@@ -171,26 +150,25 @@ function listenForm(field, send) {
 	};
 }
 
-// A finger on STOP counts when it comes down; the click that follows is the same one. A click of the keyboard has no detail.
+// A finger on STOP counts when it comes down, not again as a click. A click of the keyboard has no detail.
 function listenStop(button, robot) {
 	button.onpointerdown = () => stop(robot);
 	button.onclick = event => event.detail || stop(robot);
 }
 
-function listen() {
-	for (const [id, action] of Object.entries(ACTIONS)) $(id).onclick = action;
-	listenStop($("stop"));
-	listenStop($("stop-all"), "all");
-	listenForm($("my-name"), name => live.send({do: "name", name}));
-	listenForm($("say-text"), text => {
-		if (live.send({do: "say", text})) $("say-text").value = "";
-	});
-	$("tiles").onclick = event => choose(Number(event.target.closest("button").value));
-	$("grip").onclick = event => act("gripper", {command: event.target.value});
-	listenView($("moving"), camera, () => dirty = true, at => choose(picture.robotAt(at) ?? chosen?.number));
-	new ResizeObserver(dress).observe($("moving"));
-	matchMedia("(prefers-color-scheme: dark)").onchange = dress;
-}
+for (const [id, action] of Object.entries(ACTIONS)) $(id).onclick = () => {
+	action();
+	dirty = true;
+};
+$("tiles").onclick = event => choose(Number(event.target.closest("button").value));
+$("grip").onclick = event => act("gripper", {command: event.target.value});
+listenStop($("stop"));
+listenStop($("stop-all"), "all");
+listenForm($("my-name"), name => live.send({do: "name", name}));
+listenForm($("say-text"), text => {
+	if (live.send({do: "say", text})) $("say-text").value = "";
+});
+listenView($("moving"), camera, () => dirty = true, at => choose(picture.robotAt(at) ?? chosen?.number));
 
 // --- Each picture ---
 
@@ -201,7 +179,9 @@ function turn() {
 	timeline?.advance((now - turnedAt) / 1000);
 	turnedAt = now;
 	if (dirty || want) {
-		if (camera.follows && frame) camera.set({x: model.pose(chosen).x, y: model.pose(chosen).y});
+		const {world} = model;
+		if (camera.fitted && world) camera.fit(world.bounds);
+		if (frame && (camera.follows || camera.fitted && !world)) Object.assign(camera, model.pose(chosen));
 		$("follow").ariaPressed = String(camera.follows);
 		picture.draw(model, chosen);
 		timeline?.draw();
@@ -217,10 +197,9 @@ function turn() {
 	if (now - saidAt > SAID) put("said");
 }
 
-// How old what the chosen robot shows is (ms).
 function showAge(now, frame) {
 	const age = !frame ? Infinity : recording ? 1000 * recording.at - frame.stamp : 1000 * frame.age + now - chosen.sent;
-	const old = age > OLD && chosen !== null, words = !frame ? "" : age < 1000 ? `${Math.round(age)} ms` : `${(age / 1000).toFixed(1)} s`;
+	const old = age > OLD && Boolean(chosen), words = !frame ? "" : age < 1000 ? `${Math.round(age)} ms` : `${(age / 1000).toFixed(1)} s`;
 	document.body.classList.toggle("is-old", old);
 	show("old", old);
 	put("old-words", !old ? "" : recording ? "NO DATA" : frame ? "OLD PICTURE:" : "NO PICTURE");
@@ -232,27 +211,27 @@ function showAge(now, frame) {
 
 // --- Beginning ---
 
-// What the browser keeps under a name. It may forbid that: then nothing is kept.
-function kept(storage, name, value) {
+// What the browser keeps. It may forbid that: then nothing is kept.
+function storage(name) {
 	try {
-		if (value) storage.setItem(name, value);
-		return storage.getItem(name);
+		return window[name];
 	} catch (error) {
-		return value;
+		return {};
 	}
 }
 
 function firstWords() {
-	const key = kept(sessionStorage, "key", location.hash.slice(1)) || "";
+	const session = storage("sessionStorage"), local = storage("localStorage");
+	session.key = location.hash.slice(1) || session.key || "";
+	local.visitor ||= Array.from(crypto.getRandomValues(new Uint8Array(32)), each => (each % 36).toString(36)).join("");
 	history.replaceState(null, "", location.pathname);
-	const made = Array.from(crypto.getRandomValues(new Uint8Array(32)), each => (each % 36).toString(36)).join("");
-	return {key, visitor: kept(localStorage, "visitor") || kept(localStorage, "visitor", made)};
+	return {key: session.key, visitor: local.visitor};
 }
 
-const inside = $("recording");
-listen();
-if (inside) record(JSON.parse(inside.textContent));
+dress();
+if ($("recording")) record(JSON.parse($("recording").textContent));
 else live = new Live(location.origin.replace("http", "ws") + "/page", firstWords(), {text, frames, state: connection, recorded});
 onhashchange = () => live && location.hash.length > 1 && location.reload();
-dress();
+new ResizeObserver(dress).observe($("moving"));
+matchMedia("(prefers-color-scheme: dark)").onchange = dress;
 turn();

@@ -8,7 +8,6 @@ import {roundLength} from "./view.js";
 const NEAR = 0.5;	// m: an echo nearer than this is red, with a thick arc
 const LEAST = 10;	// pixels: no robot is drawn with a smaller radius
 
-// The colours of the style sheet.
 export function colours() {
 	const style = getComputedStyle(document.documentElement);
 	return new Proxy({}, {get: (known, name) => known[name] ||= style.getPropertyValue("--" + name).trim()});
@@ -64,7 +63,6 @@ export class MapPicture {
 
 	// --- Pencils ---
 
-	// Draws on a canvas in the frame of the map.
 	onCanvas(number, draw) {
 		const {x, y, scale, width, height} = this.camera;
 		this.ctx = this.contexts[number];
@@ -183,7 +181,7 @@ export class MapPicture {
 		});
 	}
 
-	// The tip of an outline with a gripper is that of its paddles: apart, together, or between both while they move or hold something.
+	// The tip of an outline with a gripper is that of its paddles.
 	drawBody({robot, mine, pose, grown}) {
 		const {info: {outline}, frame: {gripper}} = robot, xs = outline.map(([x]) => x), tip = Math.max(...xs), linked = robot.is(FLAG.link);
 		const front = gripper && outline.length > 4 ? Math.max(...xs.filter(x => x < tip - 0.01)) : tip, head = front - 0.04;

@@ -12,7 +12,7 @@ export function place({x: left, y: top, heading}, [x, y]) {
 	return [left + x * cos - y * sin, top + x * sin + y * cos];
 }
 
-// Where the sonar heard something in a frame, in the odometry frame.
+// Where the sonar heard something, in the odometry frame.
 export function echoesOf({sonar}, frame) {
 	return sonar.map((one, i) => one && frame.ranges[i] < Infinity &&
 		place(frame, place({x: one[0], y: one[1], heading: one[2]}, [frame.ranges[i], 0]))).filter(Boolean);
@@ -23,7 +23,6 @@ class Robot {
 		Object.assign(this, {number, frame: null, sent: 0, trail: [], ...UNTOLD});
 	}
 
-	// Whether any of these flags is set in the newest frame.
 	is(flags) {
 		return (this.frame?.flags & flags) > 0;
 	}
@@ -56,7 +55,7 @@ export class Model {
 		return this.list.find(robot => robot.number === number);
 	}
 
-	// Takes one text of the server. Kinds that are not known are left.
+	// Takes one text of the server.
 	take(kind, value) {
 		const robot = this.robot(value?.robot);
 		if (kind === "robots") this.list = value.map(info => Object.assign(this.robot(info.robot) || new Robot(info.robot), {info}))
@@ -76,14 +75,6 @@ export class Model {
 	pose(robot) {
 		const origin = this.origin(robot), [x, y] = place(origin, [robot.frame.x, robot.frame.y]);
 		return {x, y, heading: origin.heading + robot.frame.heading};
-	}
-
-	// What a picture of all must show: the map, or the robots and some room around them.
-	bounds() {
-		const room = 2.5, poses = this.list.filter(robot => robot.frame).map(robot => this.pose(robot));
-		const xs = poses.map(({x}) => x), ys = poses.map(({y}) => y);
-		return this.world ? this.world.bounds : !poses.length ? [-room, -room, room, room] :
-			[Math.min(...xs) - room, Math.min(...ys) - room, Math.max(...xs) + room, Math.max(...ys) + room];
 	}
 }
 

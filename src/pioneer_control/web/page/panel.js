@@ -18,13 +18,13 @@ export function show(id, shown) {
 	$(id).hidden = !shown;
 }
 
-function make(parent, tag, text = "", more = {}) {
-	const element = Object.assign(document.createElement(tag), {textContent: text, ...more});
+function make(parent, tag, more) {
+	const element = Object.assign(document.createElement(tag), more);
 	parent.append(element);
 	return element;
 }
 
-// Makes an item for each value of a list, if the values are others than before.
+// Makes an item for each value of a list, where they changed.
 function items(list, values, fill) {
 	const key = JSON.stringify(values);
 	if (list.dataset.key === key) return;
@@ -33,7 +33,7 @@ function items(list, values, fill) {
 	for (const value of values) fill(make(list, "li"), value);
 }
 
-// The numbers: what is so, and whether that is bad (or its level).
+// What is so, and its level where it is bad.
 const NUMBERS = {
 	Forward: ({frame}) => [frame.linear.toFixed(2) + " m/s"],
 	Turn: ({frame}) => [turnText(Math.round(frame.angular * 180 / Math.PI))],
@@ -45,7 +45,6 @@ const NUMBERS = {
 	Gripper: ({frame: {gripper}}) => [gripper ? named(gripper, GRIP) || "half open" : "none"],
 };
 
-// The words of a table whose bits are set.
 function named(bits, words) {
 	return Object.keys(words).filter(word => bits & words[word]).join(", ");
 }
@@ -60,8 +59,7 @@ function turnText(degrees) {
 }
 
 function batteryText({volts, charge, level}, charging) {
-	const words = [volts?.toFixed(1) + " V", charge >= 0 && charge !== null && Math.round(100 * charge) + " %", {warn: "low", error: "empty"}[level],
-		charging && "charging"];
+	const words = [volts?.toFixed(1) + " V", charge && Math.round(100 * charge) + " %", {warn: "low", error: "empty"}[level], charging && "charging"];
 	return volts ? [words.filter(Boolean).join(" · "), level] : ["not known"];
 }
 
@@ -75,8 +73,8 @@ function driver({locked, helm: {commander, who, you, programs, locks}}) {
 
 for (const title in NUMBERS) {
 	const cell = make($("numbers"), "div");
-	make(cell, "dt", title);
-	make(cell, "dd", "", {id: title});
+	make(cell, "dt", {textContent: title});
+	make(cell, "dd", {id: title});
 }
 
 export function showAll({list, log}, robot, live) {
@@ -108,7 +106,7 @@ function showList(list, chosen) {
 	const tiles = $("tiles");
 	show("list", list.length > 1 || !$("teacher").hidden);
 	items(tiles, list.map(robot => robot.number), (item, number) => {
-		const button = make(item, "button", "", {value: number});
+		const button = make(item, "button", {value: number});
 		for (const tag of ["b", "i", "span", "small"]) make(button, tag);
 	});
 	list.forEach((robot, i) => {

@@ -1,4 +1,4 @@
-// The live connection: first words, trying again, how long messages are on their way, and which picture was drawn.
+// The live connection: first words, trying again, how old a message is, and which picture was drawn.
 
 import {decodeFrames} from "./frames.js";
 
@@ -22,7 +22,7 @@ export class Clock {
 }
 
 export class Live {
-	// on: {text(kind, value), frames(list of [frame, sent]), recorded(buffer), state(name, reason)}
+	// on: {text(kind, value), frames([[frame, sent]]), recorded(buffer), state(name, reason)}
 	constructor(url, words, on) {
 		Object.assign(this, {url, words, on, wait: FIRST_WAIT, toldAt: 0});
 		setInterval(() => this.tick(), PING);
@@ -73,16 +73,14 @@ export class Live {
 		this.tick();
 	}
 
-	// A network that went dark tells nothing: after some silence, we end it.
+	// A network that went dark tells nothing.
 	tick() {
 		const {socket} = this, now = performance.now();
-		if (socket && now - this.heard > SILENCE) {
-			this.closed(1006, "");
-			socket.close();
-		} else this.send({do: "ping", at: now});
+		if (!socket || now - this.heard < SILENCE) return this.send({do: "ping", at: now});
+		this.closed(1006);
+		socket.close();
 	}
 
-	// Tells whether it went out.
 	send(message) {
 		if (this.open) this.socket.send(JSON.stringify(message));
 		return this.open;

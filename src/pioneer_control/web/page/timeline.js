@@ -3,7 +3,7 @@
 import {colours, sized} from "./map.js";
 import {$, put} from "./panel.js";
 
-const SIGNS = {fault: ["▲", "bad"], decision: ["╵", "ink2"], event: ["◆", "goal"]};
+const SIGNS = {fault: "▲", decision: "╵", event: "◆"};
 const EDGE = 8;		// pixels: half of the thumb of a slider
 
 function clockText(at) {
@@ -11,7 +11,6 @@ function clockText(at) {
 }
 
 export class TimeLine {
-	// changed() is called when the time is another one.
 	constructor(recording, changed) {
 		Object.assign(this, {recording, changed, playing: false});
 		$("line").max = Math.ceil(recording.duration);
@@ -42,7 +41,6 @@ export class TimeLine {
 		if (this.recording.at >= this.recording.duration) this.toggle();
 	}
 
-	// The size, the colours or the robot are others.
 	dress(number) {
 		const {marks, unpacked} = this.recording;
 		Object.assign(this, {ctx: sized($("curve")), colour: colours(), columns: unpacked.get(number),
@@ -59,10 +57,9 @@ export class TimeLine {
 		Object.assign(ctx, {strokeStyle: colour.program, lineWidth: 1.5}).beginPath();
 		for (let row = 0; row < rows; row += Math.ceil(rows / 4000)) ctx.lineTo(x(time[row] / 1000), zero - linear[row] / most * (high / 2 - 10));
 		ctx.stroke();
-		for (const mark of this.marks) {
-			const [sign, ink] = SIGNS[mark.kind] || SIGNS.event;
-			ctx.fillStyle = colour[ink];
-			ctx.fillText(sign, x(mark.at), 8);
+		for (const {kind, at} of this.marks) {
+			ctx.fillStyle = colour[kind === "fault" ? "bad" : "ink2"];
+			ctx.fillText(SIGNS[kind] || SIGNS.event, x(at), 8);
 		}
 		ctx.fillStyle = colour.ink;
 		ctx.fillRect(x(at) - 1.5, 0, 3, high);

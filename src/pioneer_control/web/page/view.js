@@ -33,7 +33,7 @@ export class Camera {
 	fit([x1, y1, x2, y2]) {
 		const margin = 24, bottom = 56, wide = this.width - 2 * margin, high = this.height - margin - bottom;
 		const scale = Math.min(250, wide / Math.max(x2 - x1, 0.1), high / Math.max(y2 - y1, 0.1));
-		Object.assign(this, {x: (x1 + x2) / 2, y: (y1 + y2 + (margin - bottom) / scale) / 2, scale, follows: false, fitted: true});
+		Object.assign(this, {x: (x1 + x2) / 2, y: (y1 + y2 + (margin - bottom) / scale) / 2, scale, follows: false});
 	}
 }
 
