@@ -52,7 +52,7 @@ def test_words_of_a_robot(page, server):
     until(lambda: page.text("Forward") == "0.25 m/s")
     assert page.text("Turn") == "29 °/s right"
     assert page.text("Wheels") == "right stalled" and page.text("Bumpers") == "front pressed"
-    assert page.text("STOP button") == "pressed" and page.text("Battery") == "11.2 V · low"
+    assert page.text("STOP-button") == "pressed" and page.text("Battery") == "11.2 V · low"
     assert page.text("Gripper") == "closed, holds something"
     server.say("status", status(1, link="the cable was pulled"))
     page.shows("link", "the cable was pulled")

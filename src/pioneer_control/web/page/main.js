@@ -92,7 +92,7 @@ async function recorded(data) {
 }
 
 function record(value) {
-	recording = new Recording(value, model);
+	recording = Object.assign(new Recording(value, model), {at: recording?.at || 0});		// said again after a break
 	timeline = new TimeLine(recording, changed);
 	document.body.classList.add("recorded");
 	show("time", true);

@@ -175,8 +175,9 @@ export class MapPicture {
 		});
 	}
 
-	drawEchoes({robot, origin}) {
-		this.within(origin, 1, () => {
+	// The chosen robot has cones.
+	drawEchoes({robot, mine, origin}) {
+		if (!mine) this.within(origin, 1, () => {
 			for (const echo of echoesOf(robot.info, robot.frame)) this.disc(echo, 2 / this.camera.scale).fill("program", 0.7);
 		});
 	}

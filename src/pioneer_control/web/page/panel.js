@@ -41,7 +41,7 @@ const NUMBERS = {
 	Motors: robot => [robot.is(FLAG.motors) ? "on" : "off"],
 	Wheels: robot => flagged(robot, {"left stalled": FLAG.stallLeft, "right stalled": FLAG.stallRight}),
 	Bumpers: robot => flagged(robot, {"front pressed": FLAG.bumpFront, "rear pressed": FLAG.bumpRear}),
-	"STOP button": robot => flagged(robot, {pressed: FLAG.button}),
+	"STOP-button": robot => flagged(robot, {pressed: FLAG.button}),
 	Gripper: ({frame: {gripper}}) => [gripper ? named(gripper, GRIP) || "half open" : "none"],
 };
 
@@ -59,7 +59,7 @@ function turnText(degrees) {
 }
 
 function batteryText({volts, charge, level}, charging) {
-	const words = [volts?.toFixed(1) + " V", charge && Math.round(100 * charge) + " %", {warn: "low", error: "empty"}[level], charging && "charging"];
+	const words = [volts?.toFixed(1) + " V", typeof charge === "number" && Math.round(100 * charge) + " %", {warn: "low", error: "empty"}[level], charging && "charging"];
 	return volts ? [words.filter(Boolean).join(" · "), level] : ["not known"];
 }
 
