@@ -61,6 +61,8 @@ export class TimeLine {
 			ctx.fillStyle = colour[kind === "fault" ? "bad" : "ink2"];
 			ctx.fillText(SIGNS[kind] || SIGNS.event, x(at), 8);
 		}
+		ctx.fillStyle = colour.ink2;
+		ctx.fillText("forward speed", 56, high - 8);
 		ctx.fillStyle = colour.ink;
 		ctx.fillRect(x(at) - 1.5, 0, 3, high);
 		put("clock", `${clockText(at)} of ${clockText(duration)}`);
