@@ -66,6 +66,7 @@ class Page:
         """Leave no page, no tab, no finger and nothing kept behind."""
         with contextlib.suppress(InvalidArgumentException):      # no finger was on it
             self.touch("touchCancel")
+        self.cdp("Emulation.setEmulatedMedia", features=[])
         for handle in self.driver.window_handles[1:]:
             self.driver.switch_to.window(handle)
             self.driver.close()

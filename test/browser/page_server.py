@@ -8,6 +8,7 @@ import pathlib
 import struct
 import threading
 import time
+import zlib
 
 import tornado.httpserver
 import tornado.ioloop
@@ -135,6 +136,12 @@ class PageServer:
         self.greeting.append((kind, value))
         self.send(json.dumps({kind: value}))
 
+    def say_recording(self, value):
+        """Send a recording to all viewers, and to those that come, compressed."""
+        data = b"\x03" + zlib.compress(json.dumps(value).encode())
+        self.greeting.append((None, data))
+        self.send(data)
+
     def send(self, data):
         """Send a text or bytes to all viewers."""
         self._loop.add_callback(lambda: [socket.write_message(data, binary=isinstance(data, bytes))
@@ -177,7 +184,7 @@ class _Socket(tornado.websocket.WebSocketHandler):
                 return
             server.sockets.append(self)
             for kind, value in server.greeting:
-                self.write_message(json.dumps({kind: value}))
+                self.write_message(*((json.dumps({kind: value}),) if kind else (value, True)))
         elif message["do"] == "ping":
             self.write_message(json.dumps({"pong": message["at"]}))
         elif message["do"] == "drawn":

@@ -66,11 +66,6 @@ def test_columns_of_another_length_are_refused(module):
     assert "length" in module("frames.js", body, list(columns(ROWS, 2)))
 
 
-@pytest.mark.parametrize("limit, place", [(-1, -1), (0, 0), (1.5, 1), (2, 3), (99, 4)])
-def test_a_place_in_a_list_is_found(module, limit, place):
-    assert module("frames.js", "return m.lastNotAbove([0, 1, 2, 2, 5], a[0])", limit) == place
-
-
 # --- Hand ---
 
 HANDS = {
@@ -192,12 +187,12 @@ def test_the_scale_bar_has_a_round_length(module, scale, pixels, length):
 def test_a_frame_that_was_held_up_counts_as_old(module):
     body = """const c = new m.Clock(); c.rounds.push(8, 4, 20);
         return [c.sent(1000, 5010), c.sent(1050, 5060), c.sent(1100, 5410), c.sent(1150, 5160)]"""
-    assert module("source.js", body) == [5008, 5058, 5108, 5158]
+    assert module("source.js", body) == pytest.approx([5008, 5058, 5108, 5158], abs=0.5)
 
 
 def test_the_stamp_may_begin_anew(module):
     body = "const c = new m.Clock(); return [c.sent(2 ** 32 - 10, 1000), c.sent(40, 1050), c.sent(90, 1350)]"
-    assert module("source.js", body) == [1000, 1050, 1100]
+    assert module("source.js", body) == pytest.approx([1000, 1050, 1100], abs=0.5)
 
 
 LIVE = """
@@ -213,9 +208,9 @@ LIVE = """
     %s"""
 
 
-@pytest.mark.parametrize("code, waits, state", [(4400, [], "refused"), (4401, [], "key"), (4408, [300], "closed"),
-                                                (4429, [5000], "closed"), (4409, [5000], "closed"),
-                                                (1006, [300], "closed")])
+@pytest.mark.parametrize("code, waits, state", [(4400, [], "refused"), (4401, [], "no key"), (4408, [300], "no connection"),
+                                                (4429, [5000], "no connection"), (4409, [5000], "no connection"),
+                                                (1006, [300], "no connection")])
 def test_after_a_connection_ended(module, code, waits, state):
     body = LIVE % "last().onclose({code: a[0], reason: 'because'}); return [waits, states]"
     assert module("source.js", body, code) == [waits, ["connecting", state]]
@@ -231,8 +226,8 @@ def test_tries_come_less_often_until_one_succeeds(module):
 def test_a_silent_network_is_given_up(module):
     body = LIVE % """
         hear('{"hello": {}}'); live.heard -= a[0]; ticked(); return [states.pop(), last().sent.length]"""
-    assert module("source.js", body, 5001) == ["closed", 2]
-    assert module("source.js", body, 1000) == ["open", 3]
+    assert module("source.js", body, 5001) == ["no connection", 2]
+    assert module("source.js", body, 1000) == ["live", 3]
 
 
 def test_pictures_are_acknowledged_at_most_ten_times_a_second_and_the_last_always(module):
@@ -251,18 +246,10 @@ def test_nothing_is_said_before_the_server_greets(module):
 
 # --- Recording and model ---
 
-def test_the_index_keeps_the_last_word_of_each_thing(module):
-    body = """
-        const index = m.indexOf([[0, {status: {robot: 1, link: "a"}}], [1, {status: {robot: 2}}], [2,
-            {status: {robot: 1}}],
-            [3, {cans: []}], [3, {trail: {robot: 1}}]]);
-        return [...index].map(([about, one]) => [about, one.times])"""
-    assert module("recording.js", body) == [["status1", [0, 2]], ["status2", [1]], ["cans", [3]]]
-
-
 def test_what_is_compressed_is_unpacked(module):
     body = """
-        const r = new m.Recording({duration: 1, messages: [], columns: [{robot: 7, rows: 2, sonar: 2}]}, {list: []});
+        const {Model} = await import("/model.js");
+        const r = new m.Recording({duration: 1, messages: [], columns: [{robot: 7, rows: 2, sonar: 2}]}, new Model());
         await r.unpack(7, Uint8Array.from(a[0])); return [...r.unpacked.get(7).x]"""
     assert module("recording.js", body, list(zlib.compress(columns(ROWS, 2)))) == [10, -1500]
 
@@ -288,11 +275,3 @@ def test_robots_that_go_are_forgotten_and_others_kept(module):
         model.take("robots", [{robot: 1}, {robot: 3}]); model.take("status", {robot: 9});
         return [model.list.map(each => each.number), one === model.robot(1)]"""
     assert module("model.js", body) == [[1, 3], True]
-
-
-def test_the_same_words_are_counted(module):
-    body = """
-        const model = new m.Model(); for (const text of ["a", "a", "b", "a"]) model.take("said", {robot: 1,
-            level: "info", text});
-        return model.log.map(each => [each.text, each.times])"""
-    assert module("model.js", body) == [["a", 2], ["b", 1], ["a", 1]]

@@ -41,11 +41,11 @@ def recorded(page, server):
     """The page with a recording that came over its socket."""
     recording, columns = run()
     server.say("hello", {"title": "run.bag", "kind": "recording", "teacher": False, "you": ""})
-    server.say("recording", recording)
+    server.say_recording(recording)
     page.driver.get(server.url)
     page.shows("name", "recorded")
     server.send(b"\x02" + struct.pack("<H", 7) + columns)
-    page.shows("linear", "0.10 m/s")
+    page.shows("Forward", "0.10 m/s")
     return page
 
 
@@ -79,9 +79,8 @@ def test_keys_on_the_time_line_and_marks(recorded):
     recorded.shows("clock", "7:31.0")
     recorded.js("document.getElementById('mark-previous').click()")
     recorded.shows("clock", "7:30.0")
-    recorded.js("document.querySelector('#mark-list li button').click()")
+    recorded.js("document.getElementById('mark-previous').click()")
     recorded.shows("clock", "0:12.3")
-    assert recorded.js("return document.querySelectorAll('#mark-list li').length") == 2
 
 
 def test_the_time_line_is_dragged(recorded):
@@ -94,7 +93,7 @@ def test_the_time_line_is_dragged(recorded):
 
 
 def test_the_space_bar_plays_and_pauses(recorded):
-    recorded.js("const r = document.getElementById('rate'); r.value = '20'")
+    recorded.js("const r = document.getElementById('rate'); r.value = '20×'")
     recorded.press("Space")
     until(lambda: recorded.text("doing") != "leg 0")
     recorded.press("Space")
@@ -113,7 +112,8 @@ def test_any_moment_of_ten_minutes_is_drawn_at_once(recorded):
         const next = count => {
             if (!count) return done(times);
             const began = performance.now();
-            line.dispatchEvent(new KeyboardEvent("keydown", {key: count % 2 ? "End" : "Home"}));
+            line.value = count % 2 ? line.max : 0;
+            line.dispatchEvent(new Event("input"));
             requestAnimationFrame(() => { times.push(performance.now() - began); next(count - 1); });
         };
         next(10)""")
@@ -123,11 +123,11 @@ def test_any_moment_of_ten_minutes_is_drawn_at_once(recorded):
 def test_a_gap_in_the_recording_is_told(page, server):
     recording, columns = run(100)
     server.say("hello", {"title": "run.bag", "kind": "recording", "teacher": False, "you": ""})
-    server.say("recording", recording)
+    server.say_recording(recording)
     page.driver.get(server.url)
     page.shows("name", "recorded")
     server.send(b"\x02" + struct.pack("<H", 7) + columns)
-    page.shows("linear", "0.10 m/s")
+    page.shows("Forward", "0.10 m/s")
     page.press("KeyL")
     page.shows("old", "NO DATA")
 
@@ -139,7 +139,7 @@ def test_one_file_works_by_a_double_click(page, tmp_path):
     recording["name"] = "</script><b>run"
     (tmp_path / "run.html").write_text(one_file(recording), encoding="utf-8")
     page.driver.get((tmp_path / "run.html").as_uri())
-    page.shows("linear", "0.10 m/s")
+    page.shows("Forward", "0.10 m/s")
     page.press("KeyL")
     page.shows("clock", "0:12.3")
     assert page.text("title") == "</script><b>run" and page.text("mode") == "recording"

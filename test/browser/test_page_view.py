@@ -24,7 +24,7 @@ def test_the_first_picture(page, server):
     page.open()
     until(lambda: painted(page) > 0.001)
     assert page.text("title") == "room" and page.text("mode") == "live"
-    assert page.text("name") == "sim_0001" and page.text("battery") == "12.6 V · 80 %"
+    assert page.text("name") == "sim_0001" and page.text("Battery") == "12.6 V · 80 %"
     assert page.text("list") is None
     until(lambda: page.text("age-text").endswith("ms old"))
     assert page.driver.current_url == "http://127.0.0.1:%d/" % server.port, "the key is out of the address"
@@ -49,11 +49,11 @@ def test_words_of_a_robot(page, server):
     page.shows("doing", "turning right")
     page.shows("why", "because sonar 5 sees 0.4 m")
     page.shows("faults", "Stall: the right wheel is stalled")
-    until(lambda: page.text("linear") == "0.25 m/s")
-    assert page.text("angular") == "29 °/s right"
-    assert page.text("wheels") == "right stalled" and page.text("bumpers") == "front pressed"
-    assert page.text("button") == "pressed" and page.text("battery") == "11.2 V · low"
-    assert page.text("gripper") == "closed, holds something"
+    until(lambda: page.text("Forward") == "0.25 m/s")
+    assert page.text("Turn") == "29 °/s right"
+    assert page.text("Wheels") == "right stalled" and page.text("Bumpers") == "front pressed"
+    assert page.text("STOP-button") == "pressed" and page.text("Battery") == "11.2 V · low"
+    assert page.text("Gripper") == "closed, holds something"
     server.say("status", status(1, link="the cable was pulled"))
     page.shows("link", "the cable was pulled")
 
@@ -128,8 +128,7 @@ def test_the_robot_is_chosen_by_keys_list_and_map(page, server):
         "false", "true", "false"]
     left, top, width, height = page.box("moving")
     place = page.module("view.js", """
-        const c = new m.Camera(), tools = document.getElementById("tools"); c.set({width: a[0], height: a[1]});
-        c.fit([0, 0, 6, 4], tools.offsetWidth, 0); return c.toScreen([1.4, 1.5])""", width, height)
+        const c = new m.Camera(); c.set({width: a[0], height: a[1]}); c.fit([0, 0, 6, 4]); return c.toScreen([1.4, 1.5])""", width, height)
     x, y = left + place[0], top + place[1]
     page.mouse("mousePressed", x, y)
     page.mouse("mouseReleased", x, y)
@@ -201,7 +200,7 @@ def requests_elsewhere(messages, allowed):
 def test_the_page_asks_nobody_else_and_breaks_no_rule_of_its_policy(page, server):
     page.driver.get_log("performance")
     page.open([1, 2], teacher=True)
-    page.js("document.getElementById('theme').click(); document.getElementById('help-open').click()")
+    page.js("document.getElementById('help-open').click()")
     page.settle()
     messages = [json.loads(entry["message"])["message"] for entry in page.driver.get_log("performance")]
     ours = tuple("%s127.0.0.1:%d/" % (scheme, server.port) for scheme in ("http://", "ws://")) + ("data:", "about:")
@@ -242,8 +241,8 @@ def test_everything_has_a_name(page, server):
 
 def test_what_has_no_name_is_seen(page, server):
     page.open()
-    page.js("document.getElementById('fit').removeAttribute('aria-label')")
-    assert unnamed(page) == ["button"]
+    page.js("document.getElementById('moving').removeAttribute('aria-label')")
+    assert unnamed(page) == ["image"]
 
 
 CONTRASTS = """
@@ -290,15 +289,16 @@ def all_states(page, server):
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_every_text_stands_out_from_its_ground(page, server, theme):
     all_states(page, server)
-    page.js("document.documentElement.dataset.theme = arguments[0]; document.getElementById('help').showModal()", theme)
+    page.cdp("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": theme}])
+    page.js("document.getElementById('help').showModal()")
     seen, found = page.js(CONTRASTS)
     assert seen > 80 and found == []
 
 
 def test_a_pale_text_is_seen(page, server):
     page.open()
-    page.js("document.getElementById('hint').style.color = '#bbb'")
-    assert [name for name, _, _ in page.js(CONTRASTS)[1]] == ["hint"]
+    page.js("document.getElementById('driver-text').style.color = '#bbb'")
+    assert [name for name, _, _ in page.js(CONTRASTS)[1]] == ["driver-text"]
 
 
 LAYOUT = """
@@ -314,8 +314,8 @@ LAYOUT = """
         return {element, left, top, right, bottom};
     };
     const name = element => element.id || element.className || element.textContent;
-    const all = [...document.querySelectorAll(`button, input, select, canvas#line, #stick, h1, #mode, #age, .card p, dd,
-            #hint, #old, #said`)]
+    const all = [...document.querySelectorAll(`button, input, select, #stick, h1, #mode, #age, #helm p, #decision p, dd,
+            #old, #said`)]
         .filter(e => e.checkVisibility()).map(seen).filter(b => b.right - b.left > 1 && b.bottom - b.top > 1);
     for (const [i, a] of all.entries()) for (const b of all.slice(i + 1))
         if (Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1 && Math.min(a.bottom,
@@ -359,8 +359,8 @@ def test_nothing_lies_over_anything_else(page, server, screen, teacher):
 def test_what_lies_over_another_is_seen(page, server):
     page.open()
     assert page.js(LAYOUT) == []
-    page.js("document.getElementById('theme').style.transform = 'translateX(-30px)'")
-    assert page.js(LAYOUT) == ["help-open lies over theme"]
+    page.js("document.getElementById('zoom-in').style.transform = 'translateX(30px)'")
+    assert page.js(LAYOUT) == ["zoom-in lies over zoom-out"]
     page.js("document.getElementById('stop').style.transform = 'translateY(300px)'")
     assert any("not wholly" in problem for problem in page.js(LAYOUT))
 
@@ -371,22 +371,12 @@ def test_the_focus_can_be_seen(page, server):
     assert page.js("return getComputedStyle(document.activeElement).outlineWidth") == "3px"
 
 
-def test_light_and_dark_are_kept(page, server):
-    page.open()
-    theme = "return document.documentElement.dataset.theme"
-    first = page.js(theme)
-    page.click("theme")
-    until(lambda: page.js(theme) != first)
-    page.driver.refresh()
-    page.settle()
-    assert page.js(theme) != first
-
-
 def test_the_system_chooses_light_or_dark(page, server):
     for theme in ("dark", "light"):
         page.cdp("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": theme}])
         page.go("")
-        assert page.js("return document.documentElement.dataset.theme") == theme
+        light = page.js("return getComputedStyle(document.body).backgroundColor") == "rgb(236, 239, 241)"
+        assert light == (theme == "light")
 
 
 def test_a_map_of_cells_is_drawn(page, server):

@@ -103,7 +103,7 @@ def one_file(recording: Mapping[str, Any], page: pathlib.Path = PAGE) -> str:
     """Return the page as one HTML text with a recording inside.
 
     Args:
-        recording: the value of the text ``recording`` of docs/page-protocol.md,
+        recording: the value of a recording, as in docs/page-protocol.md,
             each entry of ``columns`` with ``data``.
         page: the folder of the page.
 

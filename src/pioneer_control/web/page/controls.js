@@ -1,103 +1,92 @@
 // Listens to keys, stick and gamepad, and to all that takes the hand away. What it means, the hand knows.
 
-import {drives, readPads, stickAt} from "./hand.js";
+import {readPads, stickAt} from "./hand.js";
 import {$} from "./panel.js";
 
-export class Controls {
-	// on: {stop(), gone(): the hand is gone, zero at once, key(name): another key}
-	constructor(hand, on) {
-		Object.assign(this, {hand, on, pointer: null, padStop: false});
-		this.listenKeys();
-		this.listenStick($("stick"));
-		for (const name of ["blur", "pagehide"]) window.addEventListener(name, () => this.leave());
-		for (const name of ["visibilitychange", "freeze"]) document.addEventListener(name, () => this.leave());
-		window.addEventListener("focus", () => hand.back(performance.now()));
-		window.addEventListener("gamepaddisconnected", () => this.drop());
-		document.addEventListener("focusin", event => writes(event.target) && this.drop());
-	}
-
-	// What is held counts no more until it is let go.
-	drop() {
-		this.hand.drop();
-		this.freeStick();
-		this.on.gone();
-	}
-
-	// The same where no release will be heard.
-	leave() {
-		this.hand.leave();
-		this.drop();
-	}
-
-	listenKeys() {
-		// The space bar comes first, whatever has the focus. Its release would press a button.
-		const isSpace = event => {
-			if (event.code !== "Space") return false;
-			event.preventDefault();
-			event.stopImmediatePropagation();
-			return true;
-		};
-		window.addEventListener("keydown", event => {
-			if (isSpace(event)) return event.repeat || this.on.stop();
-			if (event.ctrlKey || event.altKey || event.metaKey || writes(event.target) || $("help").open) return;
-			if (drives(event.code) && event.target !== $("line")) {
-				event.preventDefault();
-				this.hand.press(event.code, event.repeat, performance.now());
-			} else this.on.key(event.key);
-		}, true);
-		window.addEventListener("keyup", event => {
-			if (isSpace(event)) return;
-			this.hand.release(event.code);
-			this.checkGone();
-		}, true);
-	}
-
-	checkGone() {
-		if (!this.hand.held) this.on.gone();
-	}
-
-	listenStick(stick) {
-		const move = event => {
-			if (event.pointerId !== this.pointer) return;
-			const box = stick.getBoundingClientRect(), radius = 0.36 * box.width;
-			const dx = (event.clientX - box.left - box.width / 2) / radius, dy = (event.clientY - box.top - box.height / 2) / radius;
-			const shown = radius / Math.max(1, Math.hypot(dx, dy));
-			$("knob").style.transform = `translate(${dx * shown}px, ${dy * shown}px)`;
-			this.hand.put("stick", stickAt(dx, dy));
-		};
-		stick.onpointerdown = event => {
-			if (this.pointer !== null || event.button) return;
-			this.pointer = event.pointerId;
-			stick.setPointerCapture(event.pointerId);
-			move(event);
-		};
-		stick.onpointermove = move;
-		stick.onpointerup = stick.onpointercancel = stick.onlostpointercapture = event => {
-			if (event.pointerId !== this.pointer) return;
-			this.freeStick();
-			this.checkGone();
-		};
-		stick.oncontextmenu = event => event.preventDefault();
-	}
-
-	// A finger that is still there must come down anew.
-	freeStick() {
-		this.pointer = null;
-		$("knob").style.transform = "";
-		this.hand.put("stick", null);
-	}
-
-	// For each picture: gamepads tell nothing by themselves.
-	poll() {
-		const pads = readPads(navigator.getGamepads ? navigator.getGamepads() : []), {held} = this.hand;
-		if (pads.stop && !this.padStop) this.on.stop();
-		this.padStop = pads.stop;
-		if (!document.hasFocus()) return;		// as when the focus went: the shoulder button must be let go first
-		this.hand.put("pad", pads.stick);
-		if (held) this.checkGone();
-	}
+// The space bar comes first, whatever has the focus. Its release would press a button.
+function isSpace(event) {
+	if (event.code !== "Space") return false;
+	event.preventDefault();
+	event.stopImmediatePropagation();
+	return true;
 }
 
 function writes(element) {
-	return element instanceof HTMLElement && element.matches("input, textarea, select");
+	return element instanceof HTMLElement && element.matches("input:not([type=range]), select");
+}
+
+// on: {stop(), gone(): the hand is gone, zero at once, key(name): another key}
+export function listenHand(hand, on) {
+	const stick = $("stick");
+	let pointer = null, padStop = false;
+
+	function checkGone() {
+		if (!hand.held.size) on.gone();
+	}
+
+	// A finger that is still there must come down anew.
+	function freeStick() {
+		pointer = null;
+		$("knob").style.transform = "";
+		hand.put("stick", null);
+	}
+
+	function drop() {
+		hand.drop();
+		freeStick();
+		on.gone();
+	}
+
+	// For each picture: gamepads tell nothing by themselves.
+	function poll() {
+		const pads = readPads(navigator.getGamepads?.() || []), {size} = hand.held;
+		if (pads.stop && !padStop) on.stop();
+		padStop = pads.stop;
+		if (!document.hasFocus()) return;		// as when the focus went: the shoulder button must be let go first
+		hand.put("pad", pads.stick);
+		if (size) checkGone();
+	}
+
+	addEventListener("keydown", event => {
+		const {code, key, repeat, target} = event;
+		if (isSpace(event)) return repeat || on.stop();
+		if (event.ctrlKey || event.altKey || event.metaKey || writes(target) || $("help").open) return;
+		if (target !== $("line") && hand.press(code, repeat, performance.now())) event.preventDefault();
+		else on.key(key);
+	}, true);
+	addEventListener("keyup", event => {
+		if (isSpace(event)) return;
+		hand.release(event.code);
+		checkGone();
+	}, true);
+	for (const name of ["blur", "pagehide", "visibilitychange", "freeze"]) for (const where of [window, document])
+		where.addEventListener(name, () => {
+			hand.leave();
+			drop();
+		});
+	addEventListener("focus", () => hand.back(performance.now()));
+	addEventListener("gamepaddisconnected", drop);
+	addEventListener("focusin", event => writes(event.target) && drop());
+
+	stick.onpointermove = event => {
+		if (event.pointerId !== pointer) return;
+		const box = stick.getBoundingClientRect(), radius = 0.36 * box.width;
+		const dx = (event.clientX - box.left - box.width / 2) / radius, dy = (event.clientY - box.top - box.height / 2) / radius;
+		const shown = radius / Math.max(1, Math.hypot(dx, dy));
+		$("knob").style.transform = `translate(${dx * shown}px, ${dy * shown}px)`;
+		hand.put("stick", stickAt(dx, dy));
+	};
+	stick.onpointerdown = event => {
+		if (pointer !== null || event.button) return;
+		pointer = event.pointerId;
+		stick.setPointerCapture(pointer);
+		stick.onpointermove(event);
+	};
+	stick.onpointerup = stick.onpointercancel = stick.onlostpointercapture = event => {
+		if (event.pointerId !== pointer) return;
+		freeStick();
+		checkGone();
+	};
+	stick.oncontextmenu = event => event.preventDefault();
+	return {drop, poll};
 }

@@ -1,15 +1,14 @@
 // Reads the bytes of a server: frames of robots, and columns of a recording (docs/page-protocol.md).
 // In a frame are m, rad and s; a range is Infinity where there was no echo, NaN where nothing was heard.
 
-export const FLAG = {link: 1, motors: 2, button: 4, stallLeft: 8, stallRight: 16, stall: 24, bumpFront: 32, bumpRear: 64, bump: 96,
-	sonar: 128, locked: 256, charging: 512};
-export const GRIP = {fitted: 1, open: 2, closed: 4, moving: 8, up: 16, down: 32, lifting: 64, holding: 128};
+export const FLAG = {link: 1, motors: 2, button: 4, stallLeft: 8, stallRight: 16, bumpFront: 32, bumpRear: 64, locked: 256, charging: 512};
+export const GRIP = {moving: 8, open: 2, closed: 4, "lift moving": 64, up: 16, down: 32, "holds something": 128};
 const FIELDS = [["robot", 16], ["stamp", 32], ["age", 16, 1000], ["x", -32, 1000], ["y", -32, 1000], ["heading", 16, 32768 / Math.PI],
 	["linear", -16, 1000], ["angular", -16, 1000], ["flags", 16], ["gripper", 8]];		// bits (-: signed), and units in one
-const COLUMNS = ["time", "x", "y", "heading", "linear", "angular", "flags", "gripper"];
-const UNITS = Object.fromEntries(FIELDS.map(([name, , unit]) => [name, unit || 1]));
+const COLUMNS = ["time", ...FIELDS.slice(3).map(([name]) => name)];
+const UNITS = Object.fromEntries(FIELDS.map(([name, , unit = 1]) => [name, unit]));
 
-export function rangeOf(byte) {
+function rangeOf(byte) {
 	return byte <= 250 ? byte / 50 : byte === 251 ? Infinity : NaN;
 }
 
@@ -22,8 +21,8 @@ export function decodeFrames(buffer) {
 			frame[name] = view[`get${bits < 0 ? "Int" : "Uint"}${Math.abs(bits)}`](at, true) / UNITS[name];
 			at += Math.abs(bits) / 8;
 		}
-		const n = view.getUint8(at++);
-		frame.ranges = Array.from({length: n}, () => rangeOf(view.getUint8(at++)));
+		const length = view.getUint8(at++);
+		frame.ranges = Array.from({length}, () => rangeOf(view.getUint8(at++)));
 		frames.push(frame);
 	}
 	return frames;
@@ -31,9 +30,8 @@ export function decodeFrames(buffer) {
 
 // Columns of one robot, unpacked: each number was written as its difference to the one before.
 export function decodeColumns(bytes, rows, sonar) {
-	const count = COLUMNS.length + sonar;
+	const count = COLUMNS.length + sonar, view = new DataView(bytes.buffer), columns = {rows, ranges: []};
 	if (bytes.byteLength !== 4 * rows * count) throw new Error("columns of a wrong length");
-	const view = new DataView(bytes.buffer, bytes.byteOffset), columns = {rows, ranges: []};
 	for (let column = 0; column < count; column++) {
 		const numbers = new Int32Array(rows);
 		for (let row = 0, sum = 0; row < rows; row++) numbers[row] = sum += view.getInt32(4 * (column * rows + row), true);
@@ -47,14 +45,4 @@ export function frameAt(columns, row, robot) {
 	const frame = {robot, stamp: columns.time[row], age: 0, ranges: columns.ranges.map(each => rangeOf(each[row]))};
 	for (const name of COLUMNS.slice(1)) frame[name] = columns[name][row] / UNITS[name];
 	return frame;
-}
-
-// The last place in a sorted list whose number is not above the limit; -1 where all are.
-export function lastNotAbove(numbers, limit) {
-	let low = -1, high = numbers.length;
-	while (high - low > 1) {
-		const middle = low + high >> 1;
-		if (numbers[middle] <= limit) low = middle; else high = middle;
-	}
-	return low;
 }

@@ -6,52 +6,44 @@ const REPEAT = 1000;	// ms: a key that is held repeats sooner than this
 const FRESH = 400;		// ms: nobody drives by an older picture
 const EVERY = 50;		// ms between two messages
 
-export function drives(code) {
-	return Object.hasOwn(KEYS, code);
-}
-
 export class Hand {
 	constructor() {
-		Object.assign(this, {keys: new Set(), lost: new Map(), stick: null, pad: null, blocked: false});
+		Object.assign(this, {held: new Map(), lost: new Map(), blocked: false});
 	}
 
+	// Tells whether it is a key to drive with.
 	press(code, repeat, now) {
-		if (this.lost.has(code)) {		// held since the window lost the focus: some systems call its repeats new presses
-			if (repeat || now <= this.lost.get(code)) return void this.lost.set(code, now + REPEAT);
+		// Held since the window lost the focus: some systems call its repeats new presses.
+		if (this.lost.has(code) && (repeat || now <= this.lost.get(code))) this.lost.set(code, now + REPEAT);
+		else if (code in KEYS && !repeat) {
 			this.lost.delete(code);
+			this.put(code, KEYS[code]);
 		}
-		if (!repeat && drives(code)) this.keys.add(code);
+		return code in KEYS;
 	}
 
 	release(code) {
-		this.keys.delete(code);
 		this.lost.delete(code);
-		this.settle();
+		this.put(code, null);
 	}
 
-	// "stick" or "pad" is at [forward, turn], each -1 to 1; null: let go.
+	// A key, "stick" or "pad" is at [forward, turn], each -1 to 1; null: let go.
 	put(what, at) {
-		this[what] = at;
-		this.settle();
-	}
-
-	get held() {
-		return this.keys.size > 0 || this.stick !== null || this.pad !== null;
-	}
-
-	settle() {
-		if (!this.held) this.blocked = false;
+		if (at) this.held.set(what, at); else this.held.delete(what);
+		this.blocked &&= this.held.size > 0;
 	}
 
 	// Nothing counts until all is let go.
 	drop() {
-		this.blocked = this.held;
+		this.blocked = this.held.size > 0;
 	}
 
 	// The window lost the focus: no release of a key will be heard.
 	leave() {
-		for (const code of this.keys) this.lost.set(code, Infinity);
-		this.keys.clear();
+		for (const code of this.held.keys()) if (code in KEYS) {
+			this.lost.set(code, Infinity);
+			this.held.delete(code);
+		}
 		this.drop();
 	}
 
@@ -61,24 +53,21 @@ export class Hand {
 
 	// [forward, turn], or null: the hand is off.
 	wants() {
-		if (!this.held || this.blocked) return null;
-		const all = [this.stick || this.pad || [0, 0], ...[...this.keys].map(code => KEYS[code])];
-		return [0, 1].map(axis => Math.max(-1, Math.min(1, all.reduce((sum, each) => sum + each[axis], 0))));
+		if (this.blocked || !this.held.size) return null;
+		return [0, 1].map(axis => Math.max(-1, Math.min(1, [...this.held.values()].reduce((sum, each) => sum + each[axis], 0))));
 	}
 }
 
 // What a stick means that is moved so far to the right and down, in parts of its radius. Its middle is dead.
 export function stickAt(dx, dy) {
-	const far = Math.hypot(dx, dy), part = far ? Math.min(1, Math.max(0, (far - 0.1) / 0.9)) / far : 0;
+	const far = Math.hypot(dx, dy), part = far && Math.min(1, Math.max(0, (far - 0.1) / 0.9)) / far;
 	return [0 - dy * part, 0 - dx * part];
 }
 
 // Of gamepads: the stick of the first whose shoulder button (4 to 7) is held, and whether any B (1) is pressed.
 export function readPads(pads) {
-	const all = [...pads].filter(pad => pad && pad.connected !== false);
-	const pressed = (pad, numbers) => numbers.some(number => pad.buttons[number] && pad.buttons[number].pressed);
-	const held = all.find(pad => pressed(pad, [4, 5, 6, 7]));
-	return {stick: held ? stickAt(held.axes[0], held.axes[1]) : null, stop: all.some(pad => pressed(pad, [1]))};
+	const all = [...pads].filter(pad => pad && pad.connected !== false), held = all.find(pad => pad.buttons.slice(4, 8).some(each => each.pressed));
+	return {stick: held ? stickAt(held.axes[0], held.axes[1]) : null, stop: all.some(pad => pad.buttons[1]?.pressed)};
 }
 
 // Tells a robot what the hand wants: only right after a picture was drawn, and only while that picture is fresh.
@@ -87,11 +76,11 @@ export class Deadman {
 		Object.assign(this, {send, robot: null, stamp: 0, at: -Infinity});
 	}
 
-	// A picture was drawn: the newest frame in it of this robot has this stamp, and was sent at that time (ms, our clock).
+	// The newest frame of this robot that was drawn has this stamp, and was sent at that time (ms, our clock).
 	drawn(want, robot, stamp, sent, now) {
 		if (this.robot === robot) this.stamp = stamp;
-		if (want === null || this.robot !== null && this.robot !== robot) this.letGo();
-		if (want === null || now - sent > FRESH || now - this.at < EVERY) return;
+		if (!want || this.robot !== null && this.robot !== robot) this.letGo();
+		if (!want || now - sent > FRESH || now - this.at < EVERY) return;
 		Object.assign(this, {robot, stamp, at: now});
 		this.send({do: "drive", robot, forward: want[0], turn: want[1], stamp});
 	}

@@ -4,76 +4,66 @@ import {FLAG} from "./frames.js";
 
 const STEP = 0.03;		// m between two points of a trail
 const MOST = 6000;		// points of a trail
-const ECHOES = 240;		// remembered of a robot
+const UNTOLD = {status: {link: "ok", faults: []}, helm: {locks: [], limit: [0.2, 0.6]}};	// until the server tells
 
 // A point in the frame of a pose, in the frame that the pose is in.
-export function place(pose, [x, y]) {
-	const cos = Math.cos(pose.heading), sin = Math.sin(pose.heading);
-	return [pose.x + x * cos - y * sin, pose.y + x * sin + y * cos];
+export function place({x: left, y: top, heading}, [x, y]) {
+	const cos = Math.cos(heading), sin = Math.sin(heading);
+	return [left + x * cos - y * sin, top + x * sin + y * cos];
 }
 
-// Where the sonar heard something in a frame, in the odometry frame.
-export function echoesOf(info, frame) {
-	return (info.sonar || []).map((one, i) => one && Number.isFinite(frame.ranges[i]) &&
+// Where the sonar heard something, in the odometry frame.
+export function echoesOf({sonar}, frame) {
+	return sonar.map((one, i) => one && frame.ranges[i] < Infinity &&
 		place(frame, place({x: one[0], y: one[1], heading: one[2]}, [frame.ranges[i], 0]))).filter(Boolean);
 }
 
-export class Robot {
+class Robot {
 	constructor(number) {
-		Object.assign(this, {number, frame: null, sent: 0, status: {}, helm: {}, trail: [], count: 0, echoes: []});
+		Object.assign(this, {number, frame: null, sent: 0, trail: [], ...UNTOLD});
 	}
 
-	// Whether any of these flags is set in the newest frame.
 	is(flags) {
-		return this.frame !== null && (this.frame.flags & flags) !== 0;
+		return (this.frame?.flags & flags) > 0;
 	}
 
 	get locked() {
-		return this.is(FLAG.locked) || (this.helm.locks || []).length > 0;
+		return this.is(FLAG.locked) || this.helm.locks.length > 0;
 	}
 
 	take(frame, sent) {
-		const {trail, echoes} = this, last = trail[trail.length - 1];
+		const {trail} = this, [x, y] = trail[trail.length - 1] || [];
 		Object.assign(this, {frame, sent});
-		if (last && Math.hypot(frame.x - last[0], frame.y - last[1]) < STEP) return;
+		if (Math.hypot(frame.x - x, frame.y - y) < STEP) return;
 		if (trail.push([frame.x, frame.y]) > MOST) trail.splice(0, MOST / 4);
-		this.count = trail.length;		// of a recording only the first ones have been driven
-		echoes.push(...echoesOf(this.info, frame));
-		echoes.splice(0, echoes.length - ECHOES);
 	}
 }
 
 export class Model {
 	constructor() {
-		Object.assign(this, {hello: {}, list: [], world: null, worlds: 0, origins: {}, cans: [], goals: {}, log: []});
+		this.list = [];
+		this.forget();
+	}
+
+	// Nothing was told yet.
+	forget() {
+		Object.assign(this, {world: null, origins: {}, cans: [], goals: {}, log: []});
+		for (const robot of this.list) Object.assign(robot, UNTOLD);
 	}
 
 	robot(number) {
 		return this.list.find(robot => robot.number === number);
 	}
 
-	// Takes one text of the server. Kinds that are not known are left.
+	// Takes one text of the server.
 	take(kind, value) {
-		const robot = value && this.robot(value.robot);
-		if (kind === "robots") this.takeRobots(value);
-		else if (kind === "said") this.hear(value);
-		else if (kind === "status" || kind === "helm") robot && (robot[kind] = value);
-		else if (kind === "trail") robot && Object.assign(robot, {trail: value.points, count: value.points.length});
-		else if (["hello", "origins", "cans", "goals", "world"].includes(kind)) this[kind] = value;
-		if (kind === "world") this.worlds++;
-	}
-
-	takeRobots(infos) {
-		this.list = infos.map(info => Object.assign(this.robot(info.robot) || new Robot(info.robot), {info}))
+		const robot = this.robot(value?.robot);
+		if (kind === "robots") this.list = value.map(info => Object.assign(this.robot(info.robot) || new Robot(info.robot), {info}))
 			.sort((one, other) => one.number - other.number);
-	}
-
-	// The same words again are counted, not repeated.
-	hear(said) {
-		const last = this.log[this.log.length - 1];
-		if (last && last.text === said.text && last.robot === said.robot) last.times++;
-		else this.log.push({...said, times: 1});
-		this.log.splice(0, this.log.length - 100);
+		else if (kind === "said") this.log = [...this.log.slice(-7), value];
+		else if (kind in UNTOLD && robot) robot[kind] = {...UNTOLD[kind], ...value};
+		else if (kind === "trail" && robot) robot.trail = value.points;
+		else if (["origins", "cans", "goals", "world"].includes(kind)) this[kind] = value;
 	}
 
 	// Where the odometry of a robot begins in the map.
@@ -86,27 +76,18 @@ export class Model {
 		const origin = this.origin(robot), [x, y] = place(origin, [robot.frame.x, robot.frame.y]);
 		return {x, y, heading: origin.heading + robot.frame.heading};
 	}
-
-	// What a picture of all must show: the map, or the robots and some room around them.
-	bounds() {
-		if (this.world) return this.world.bounds;
-		const poses = this.list.filter(robot => robot.frame).map(robot => this.pose(robot)), room = 2.5;
-		if (!poses.length) return [-room, -room, room, room];
-		const edge = (most, axis, way) => most(...poses.map(pose => pose[axis])) + way * room;
-		return [edge(Math.min, "x", -1), edge(Math.min, "y", -1), edge(Math.max, "x", 1), edge(Math.max, "y", 1)];
-	}
 }
 
 // How a robot is: [kind, for the colour; sign; word]. The worst comes first.
 export function stateOf(robot) {
-	const {link} = robot.status, {commander, who} = robot.helm;
-	if (!robot.is(FLAG.link) || link && link !== "ok") return ["none", "?", "no link"];
+	const {status: {link, faults}, helm: {commander, who}} = robot;
+	if (!robot.is(FLAG.link) || link !== "ok") return ["none", "?", "no link"];
 	if (robot.is(FLAG.button)) return ["bad", "■", "STOP button"];
 	if (robot.locked) return ["bad", "■", "stopped"];
-	if (robot.is(FLAG.stall)) return ["bad", "!", "stalled"];
-	if (robot.is(FLAG.bump)) return ["bad", "!", "bumped"];
-	if ((robot.status.faults || []).some(fault => fault.level === "error")) return ["bad", "!", "fault"];
-	if (commander === "person") return ["person", "◆", who || "a person"];
+	if (robot.is(FLAG.stallLeft | FLAG.stallRight)) return ["bad", "!", "stalled"];
+	if (robot.is(FLAG.bumpFront | FLAG.bumpRear)) return ["bad", "!", "bumped"];
+	if (faults.some(fault => fault.level === "error")) return ["bad", "!", "fault"];
+	if (commander === "person") return ["person", "◆", who || "by hand"];
 	if (commander === "program") return ["program", "▶", "program"];
 	return ["still", ...robot.is(FLAG.motors) ? ["●", "stands"] : ["○", "motors off"]];
 }

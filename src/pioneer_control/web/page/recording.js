@@ -1,89 +1,40 @@
-// A recording: fills the model with what was at any moment, found by halving, never by playing from the start.
+// A recording: fills the model with what was at any moment.
 
-import {decodeColumns, frameAt, lastNotAbove} from "./frames.js";
-import {echoesOf} from "./model.js";
+import {decodeColumns, frameAt} from "./frames.js";
 
-const APART = 30;	// mm between two points of a trail
-const ROWS = 40;	// whose echoes are shown
-const NOTHING = {robots: [], world: null, origins: {}, cans: [], goals: {}};	// before the first word of a kind
+const STEP_ROWS = 5;	// between two points of a trail
 
-// Texts by what they are about: at any time, the last one of each counts.
-export function indexOf(messages) {
-	const index = new Map();
-	for (const [at, message] of messages) for (const [kind, value] of Object.entries(message)) {
-		const robot = kind === "status" || kind === "helm" ? value.robot : "", about = kind + robot;
-		if (!index.has(about)) index.set(about, {kind, robot, times: [], values: []});
-		index.get(about).times.push(at);
-		index.get(about).values.push(value);
-	}
-	index.delete("trail");	// the columns know the way
-	return index;
+// The bytes that were compressed.
+export async function unpacked(packed) {
+	return new Uint8Array(await new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"))).arrayBuffer());
 }
 
 export class Recording {
 	constructor(value, model) {
-		Object.assign(this, value, {model, at: 0, unpacked: new Map(), index: indexOf(value.messages)});
-	}
-
-	// The columns that are in the text itself (one file), base64.
-	async unpackAll() {
-		for (const {robot, data} of this.columns) if (data) await this.unpack(robot, Uint8Array.from(atob(data), each => each.charCodeAt()));
+		Object.assign(this, {marks: [], ...value, model, at: 0, said: 0, unpacked: new Map()});
 	}
 
 	async unpack(robot, packed) {
-		const {rows, sonar} = this.columns.find(each => each.robot === robot), trail = [], trailRows = [];
-		const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
-		const columns = decodeColumns(new Uint8Array(await new Response(stream).arrayBuffer()), rows, sonar), {x, y} = columns;
-		for (let row = 0, last = -1; row < rows; row++) {
-			if (last >= 0 && Math.hypot(x[row] - x[last], y[row] - y[last]) < APART) continue;
-			trail.push([x[row] / 1000, y[row] / 1000]);
-			trailRows.push(last = row);
-		}
-		this.unpacked.set(robot, {...columns, trail, trailRows});
+		const {rows, sonar} = this.columns.find(each => each.robot === robot), columns = decodeColumns(await unpacked(packed), rows, sonar);
+		const trail = Array.from({length: rows / STEP_ROWS}, (_, i) => [columns.x[i * STEP_ROWS] / 1000, columns.y[i * STEP_ROWS] / 1000]);
+		this.unpacked.set(robot, {...columns, trail});
 	}
 
+	// What was said is said anew from where we were, or from the start to go back.
 	seek(at) {
-		const {model} = this;
+		const {model, messages} = this, back = at < this.at;
 		this.at = Math.max(0, Math.min(this.duration, at));
-		for (const [about, one] of this.index) {
-			const last = lastNotAbove(one.times, this.at);
-			if (about === "said") {
-				model.log = [];
-				one.values.slice(Math.max(0, last - 20), last + 1).forEach(said => model.hear(said));
-			} else if (last !== one.shown || one.robot)		// a robot that came back knows nothing
-				model.take(one.kind, last >= 0 ? one.values[last] : NOTHING[one.kind] || {robot: one.robot});
-			one.shown = last;
+		if (back) {
+			model.forget();
+			this.said = 0;
 		}
+		while (messages[this.said]?.[0] <= this.at) model.take(...Object.entries(messages[this.said++][1])[0]);
 		for (const robot of model.list) this.place(robot, this.unpacked.get(robot.number));
 	}
 
 	place(robot, columns) {
-		const row = columns ? lastNotAbove(columns.time, 1000 * this.at) : -1, frame = each => frameAt(columns, each, robot.number);
-		Object.assign(robot, {frame: null, trail: [], count: 0, echoes: []});
-		if (row < 0) return;
-		Object.assign(robot, {frame: frame(row), trail: columns.trail, count: lastNotAbove(columns.trailRows, row) + 1});
-		for (let each = Math.max(0, row - ROWS); each < row; each += 2) robot.echoes.push(...echoesOf(robot.info, frame(each)));
-	}
-
-	// Since when (s) nothing was heard of a robot.
-	age(robot) {
-		return this.at - robot.frame.stamp / 1000;
-	}
-
-	marksOf(number) {
-		return (this.marks || []).filter(mark => [number, null, undefined].includes(mark.robot));
-	}
-
-	// One column for the time line: [time s, value], of each bit of time what stands out most.
-	curve(number, name, most) {
-		const {times = [], values = []} = this.index.get("status" + number) || {}, columns = this.unpacked.get(number), found = [];
-		if (name === "battery") return times.map((at, i) => [at, (values[i].battery || {}).volts]).filter(each => each[1] > 0);
-		for (let row = 0, bit = 1; columns && row < columns.rows; bit++) {
-			let best = row;
-			for (; row < Math.min(columns.rows, bit * columns.rows / most); row++)
-				if (Math.abs(columns[name][row]) > Math.abs(columns[name][best])) best = row;
-			found.push([columns.time[best] / 1000, columns[name][best] / 1000]);
-		}
-		return found;
+		const row = columns ? columns.time.findLastIndex(time => time <= 1000 * this.at) : -1;
+		robot.frame = row < 0 ? null : frameAt(columns, row, robot.number);
+		robot.trail = row < 0 ? [] : columns.trail.slice(0, row / STEP_ROWS + 1);
 	}
 }

@@ -1,35 +1,28 @@
-// The live connection: first words, trying again, how long messages are on their way, and which picture was drawn.
+// The live connection: first words, trying again, how old a message is, and which picture was drawn.
 
 import {decodeFrames} from "./frames.js";
 
 const FIRST_WAIT = 300, LONGEST_WAIT = 2000, BUSY_WAIT = 5000, PING = 1000, SILENCE = 5000, ACKNOWLEDGE = 100;		// ms
+const DRIFT = 0.001;	// more than two clocks drift apart
 
-// When a frame was sent, on our clock, from its stamp (u32, ms): the quickest frames tell how the clocks differ.
+// When a frame was sent, on our clock, from its stamp (u32, ms): the quickest frame tells how the clocks differ.
 // So a frame that was held up on its way counts as old, although it arrived just now.
 export class Clock {
 	constructor() {
-		Object.assign(this, {rounds: [], first: null, least: [Infinity, Infinity], turned: 0});
-	}
-
-	get transit() {
-		return this.rounds.length ? Math.min(...this.rounds.slice(-10)) / 2 : 0;
+		Object.assign(this, {rounds: [], quickest: null, at: 0});
 	}
 
 	sent(stamp, now) {
-		if (this.first === null) [this.first, this.turned] = [now - stamp, now];
-		let late = (now - stamp - this.first) % 2 ** 32;
-		late -= 2 ** 32 * Math.round(late / 2 ** 32);
-		if (now - this.turned > 30000) {		// clocks drift: the quickest of the last half to whole minute
-			this.least = [Infinity, this.least[0]];
-			this.turned = now;
-		}
-		this.least[0] = Math.min(this.least[0], late);
-		return now - late + Math.min(...this.least) - this.transit;
+		this.quickest = this.quickest === null ? now - stamp : this.quickest + (now - this.at) * DRIFT;
+		const late = now - stamp - this.quickest, held = late - 2 ** 32 * Math.round(late / 2 ** 32);
+		this.quickest += Math.min(0, held);
+		this.at = now;
+		return now - Math.max(0, held) - (this.rounds.length && Math.min(...this.rounds.slice(-10)) / 2);
 	}
 }
 
 export class Live {
-	// on: {text(kind, value), frames(list of [frame, sent]), columns(buffer), state(name, reason)}
+	// on: {text(kind, value), frames([[frame, sent]]), recorded(buffer), state(name, reason)}
 	constructor(url, words, on) {
 		Object.assign(this, {url, words, on, wait: FIRST_WAIT, toldAt: 0});
 		setInterval(() => this.tick(), PING);
@@ -37,7 +30,7 @@ export class Live {
 	}
 
 	get open() {
-		return this.greeted && this.socket !== null && this.socket.readyState === 1;
+		return this.greeted && this.socket?.readyState === 1;
 	}
 
 	connect() {
@@ -52,7 +45,7 @@ export class Live {
 
 	closed(code, reason) {
 		this.socket = null;
-		this.on.state({4400: "refused", 4401: "key"}[code] || "closed", reason);
+		this.on.state({4400: "refused", 4401: "no key"}[code] || "no connection", reason);
 		if (code === 4400 || code === 4401) return;
 		setTimeout(() => this.connect(), code === 4409 || code === 4429 ? BUSY_WAIT : this.wait);
 		this.wait = Math.min(LONGEST_WAIT, 2 * this.wait);
@@ -61,7 +54,7 @@ export class Live {
 	take(data, now) {
 		this.heard = now;
 		if (typeof data !== "string") {
-			if (new Uint8Array(data)[0] !== 1) return this.on.columns(data);
+			if (new Uint8Array(data)[0] !== 1) return this.on.recorded(data);
 			const frames = decodeFrames(data).map(frame => [frame, this.clock.sent(frame.stamp, now)]);
 			if (frames.length) this.newest = frames[frames.length - 1][0].stamp;
 			return this.on.frames(frames);
@@ -76,20 +69,18 @@ export class Live {
 	greet() {
 		this.greeted = true;
 		this.wait = FIRST_WAIT;
-		this.on.state("open");
+		this.on.state("live");
 		this.tick();
 	}
 
-	// A network that went dark tells nothing: after some silence, we end it.
+	// A network that went dark tells nothing.
 	tick() {
 		const {socket} = this, now = performance.now();
-		if (socket && now - this.heard > SILENCE) {
-			this.closed(1006, "");
-			socket.close();
-		} else this.send({do: "ping", at: now});
+		if (!socket || now - this.heard < SILENCE) return this.send({do: "ping", at: now});
+		this.closed(1006);
+		socket.close();
 	}
 
-	// Tells whether it went out.
 	send(message) {
 		if (this.open) this.socket.send(JSON.stringify(message));
 		return this.open;

@@ -2,11 +2,10 @@
 
 export class Camera {
 	constructor() {
-		Object.assign(this, {x: 0, y: 0, scale: 60, width: 1, height: 1, follows: false, changes: 0});
+		Object.assign(this, {x: 0, y: 0, scale: 60, width: 1, height: 1, follows: false, fitted: true});
 	}
 
 	set(values) {
-		if (Object.keys(values).some(name => this[name] !== values[name])) this.changes++;
 		Object.assign(this, values);
 	}
 
@@ -21,22 +20,20 @@ export class Camera {
 	// The place under the pixel stays there; while the camera follows a robot, that robot stays.
 	zoom(factor, pixel = [this.width / 2, this.height / 2]) {
 		const [x, y] = this.toWorld(pixel);
-		this.set({scale: Math.min(800, Math.max(3, this.scale * factor))});
+		Object.assign(this, {scale: Math.min(800, Math.max(3, this.scale * factor)), fitted: false});
 		const [x2, y2] = this.toWorld(pixel);
 		if (!this.follows) this.set({x: this.x + x - x2, y: this.y + y - y2});
-		if (this.moved) this.moved("zoomed");
 	}
 
 	drag(dx, dy) {
-		this.set({x: this.x - dx / this.scale, y: this.y + dy / this.scale});
-		if (this.moved) this.moved("dragged");
+		Object.assign(this, {x: this.x - dx / this.scale, y: this.y + dy / this.scale, follows: false, fitted: false});
 	}
 
-	// Show all of x1, y1, x2, y2 between margins: so many pixels are taken at the right and at the top.
-	fit([x1, y1, x2, y2], right = 0, top = 0) {
-		const margin = 16, bottom = 40, wide = this.width - right - 2 * margin, high = this.height - top - bottom - margin;
+	// Show all of x1, y1, x2, y2, above the scale bar and the buttons.
+	fit([x1, y1, x2, y2]) {
+		const margin = 24, bottom = 56, wide = this.width - 2 * margin, high = this.height - margin - bottom;
 		const scale = Math.min(250, wide / Math.max(x2 - x1, 0.1), high / Math.max(y2 - y1, 0.1));
-		this.set({x: (x1 + x2 + right / scale) / 2, y: (y1 + y2 + (top + margin - bottom) / scale) / 2, scale});
+		Object.assign(this, {x: (x1 + x2) / 2, y: (y1 + y2 + (margin - bottom) / scale) / 2, scale, follows: false});
 	}
 }
 
@@ -46,23 +43,23 @@ export function roundLength(scale, pixels) {
 	return [5, 2, 1].find(each => each * power * scale <= pixels) * power;
 }
 
-// Fingers, mouse and wheel move the camera: moved("zoomed" or "dragged") is called then, clicked([x, y]) for a click.
+// Fingers, mouse and wheel move the camera: moved() is called then, clicked([x, y]) for a click.
 export function listenView(canvas, camera, moved, clicked) {
 	const fingers = new Map(), at = event => [event.offsetX, event.offsetY], far = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1]);
 	let way = 0;
-	camera.moved = moved;
 	canvas.onpointerdown = event => {
 		canvas.setPointerCapture(event.pointerId);
 		if (!fingers.size) way = 0;
 		fingers.set(event.pointerId, at(event));
 	};
 	canvas.onpointermove = event => {
-		const id = event.pointerId, before = fingers.get(id), now = at(event), other = [...fingers].find(each => each[0] !== id);
+		const id = event.pointerId, before = fingers.get(id), now = at(event), other = [...fingers].find(each => each[0] !== id)?.[1];
 		if (!before) return;
 		way += far(now, before);
 		fingers.set(id, now);
-		if (other) camera.zoom(far(now, other[1]) / Math.max(1, far(before, other[1])), now.map((each, axis) => (each + other[1][axis]) / 2));
+		if (other) camera.zoom(far(now, other) / Math.max(1, far(before, other)), now.map((each, axis) => (each + other[axis]) / 2));
 		if (way > 6 && !(other && camera.follows)) camera.drag((now[0] - before[0]) / fingers.size, (now[1] - before[1]) / fingers.size);
+		moved();
 	};
 	canvas.onpointerup = canvas.onpointercancel = event => {
 		fingers.delete(event.pointerId);
@@ -71,5 +68,6 @@ export function listenView(canvas, camera, moved, clicked) {
 	canvas.addEventListener("wheel", event => {
 		event.preventDefault();
 		camera.zoom(Math.exp(-event.deltaY * (event.deltaMode ? 0.05 : 0.0015)), at(event));
+		moved();
 	}, {passive: false});
 }
