@@ -31,6 +31,7 @@ PRESS_AGAIN = 2.0   # s
 NOTE_HIDDEN = """document.addEventListener("visibilitychange", () => {
     if (document.hidden) window.hiddenAt = performance.timeOrigin + performance.now();
 });"""
+RECENT = 0.15       # s: a page that drives said so not longer ago
 AFTERWARDS = 1.5    # s of the robot's time in which nothing may move by itself
 
 
@@ -152,6 +153,8 @@ class DrivenPage:
             self.show_tab(0)
             self.driver.execute_script(NOTE_HIDDEN)
             self._press()
+        while not self.heard.moves(time.monotonic() - RECENT) or not self._drives():
+            self._press()           # a late event of the browser, which has just shown this tab, let go of the key
         at = time.monotonic()
         restore = way(self)
         zero = until(lambda: self._zero_since(at), "zero on the wire")

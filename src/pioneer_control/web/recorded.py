@@ -224,19 +224,22 @@ def _recording(collector: BagCollector, robots: List[RecordedRobot], name: str, 
     """Put together what was collected. ``damage``: what could not be read, in sentences."""
     missing = [damage] * bool(damage) + ["%s on %s could not be understood." % (plural(count, "message"), topic)
                                          for topic, count in sorted(collector.undecoded.items())]
-    first: List[Message] = [(0.0, {"robots": [robot.picture.entry(name) for robot in robots]})]
-    first += [(0.0, {"said": {"robot": None, "level": "warn", "text": text}}) for text in missing]
+    begin = min(robot.frames[0][0] for robot in robots)     # the page begins with a picture
+    first: List[Message] = [(begin, {"robots": [robot.picture.entry(name) for robot in robots]})]
+    first += [(begin, {"said": {"robot": None, "level": "warn", "text": text}}) for text in missing]
     messages = collector.messages + [each for robot in robots for each in robot.messages]
-    marks: List[Dict[str, Any]] = [{"at": 0.0, "robot": robots[0].picture.number, "kind": "fault", "text": text}
+    marks: List[Dict[str, Any]] = [{"at": begin, "robot": robots[0].picture.number, "kind": "fault", "text": text}
                                    for text in missing]
     marks += [mark for robot in robots for mark in robot.marks]
     value = {
         "name": name,
-        "start": round(collector.begin or 0.0, 3),
-        "duration": round(max(robot.frames[-1][0] for robot in robots), 3),
-        "messages": [[round(max(0.0, at), 3), text] for at, text in
+        "start": round((collector.begin or 0.0) + begin, 3),
+        "duration": round(max(robot.frames[-1][0] for robot in robots) - begin, 3),
+        "messages": [[round(max(0.0, at - begin), 3), text] for at, text in
                      first + sorted(messages, key=lambda message: message[0])],
-        "marks": sorted(marks, key=lambda mark: float(mark["at"]))[:MOST_MARKS],
+        "marks": [dict(mark, at=round(max(0.0, mark["at"] - begin), 2))
+                  for mark in sorted(marks, key=lambda mark: float(mark["at"]))[:MOST_MARKS]],
         "columns": [{"robot": robot.picture.number, "rows": len(robot.frames),
                      "sonar": max(len(frame.sonar) for _, frame in robot.frames)} for robot in robots]}
-    return Recording(value, [columns(robot.picture.number, robot.frames) for robot in robots])
+    return Recording(value, [columns(robot.picture.number, [(at - begin, frame) for at, frame in robot.frames])
+                             for robot in robots])

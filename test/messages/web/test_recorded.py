@@ -120,6 +120,14 @@ def test_several_robots_have_columns_of_their_own(recorded):
     assert frames(recording, 1)[-1][1].x == pytest.approx(1.0) and frames(recording, 2)[-1][1].x == pytest.approx(2.0)
 
 
+def test_it_begins_with_the_first_pose_and_knows_what_came_before(recorded):
+    messages = [(topic, message, time - 5.0 if topic.endswith(("map", "robot_info")) else time)
+                for topic, message, time in driven()]
+    recording = recorded(sorted(messages, key=lambda entry: entry[2]))
+    assert frames(recording)[0][0] == 0.0 and recording.value["duration"] == pytest.approx(10.0, abs=0.01)
+    assert recording.value["start"] == pytest.approx(1000.0) and texts(recording, "world")[0][0] == 0.0
+
+
 def test_who_had_the_helm_is_told(recorded):
     helm = [(Helm(), 1000.0), (Helm(commander="teleop/cmd_vel", node="/joy", programs_locked_out=True), 1002.0),
             (Helm(locks=["stop_all"]), 1004.0)]
