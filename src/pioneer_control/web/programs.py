@@ -33,7 +33,7 @@ CONFIG = 0x20
 """The id of the packet CONFIGpac."""
 
 
-class Line(Protocol):
+class RobotSide(Protocol):
     """The robot's side of the line to a program: see program_line.ProgramLine."""
 
     def data_to_send(self) -> bytes:
@@ -95,7 +95,7 @@ class Program(NamedTuple):
 
     number: int
     """The number that the server gave its connection."""
-    line: Line
+    line: RobotSide
     since: float
 
 
@@ -109,7 +109,7 @@ class SharedRobot:
     """
 
     def __init__(self, name: Callable[[], str], wire: Wire,
-                 open_line: Callable[[str, Callable[[str], None]], Line]) -> None:
+                 open_line: Callable[[str, Callable[[str], None]], RobotSide]) -> None:
         self.name, self.wire, self.open_line = name, wire, open_line
         self.key = secrets.token_urlsafe(16)
         self.program: Optional[Program] = None
