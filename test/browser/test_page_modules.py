@@ -208,9 +208,9 @@ LIVE = """
     %s"""
 
 
-@pytest.mark.parametrize("code, waits, state", [(4400, [], "refused"), (4401, [], "no key"), (4408, [300], "no connection"),
-                                                (4429, [5000], "no connection"), (4409, [5000], "no connection"),
-                                                (1006, [300], "no connection")])
+@pytest.mark.parametrize("code, waits, state", [
+    (4400, [], "refused"), (4401, [], "no key"), (4408, [300], "no connection"),
+    (4429, [5000], "no connection"), (4409, [5000], "no connection"), (1006, [300], "no connection")])
 def test_after_a_connection_ended(module, code, waits, state):
     body = LIVE % "last().onclose({code: a[0], reason: 'because'}); return [waits, states]"
     assert module("source.js", body, code) == [waits, ["connecting", state]]

@@ -128,7 +128,8 @@ def test_the_robot_is_chosen_by_keys_list_and_map(page, server):
         "false", "true", "false"]
     left, top, width, height = page.box("moving")
     place = page.module("view.js", """
-        const c = new m.Camera(); c.set({width: a[0], height: a[1]}); c.fit([0, 0, 6, 4]); return c.toScreen([1.4, 1.5])""", width, height)
+        const c = new m.Camera(); c.set({width: a[0], height: a[1]}); c.fit([0, 0, 6, 4]);
+        return c.toScreen([1.4, 1.5])""", width, height)
     x, y = left + place[0], top + place[1]
     page.mouse("mousePressed", x, y)
     page.mouse("mouseReleased", x, y)

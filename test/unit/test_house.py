@@ -54,7 +54,7 @@ ROS_MODULES = {"rospy", "tf", "tf2_ros", "dynamic_reconfigure", "genpy", "rosbag
 # Heavy or special libraries, and the only places that may use them.
 LIBRARY_PLACES = {"serial": ("client/serial_port",), "websocket": ("client/web_socket",),
                   "matplotlib": ("bags/", "simulator/picture"), "PIL": ("simulator/world/ros_map",), "tqdm": ("bags/",),
-                  "evdev": ("teleop/gamepad",), "tornado": ("web/server.py",)}
+                  "evdev": ("teleop/gamepad",), "tornado": ("web/server.py",), "qrcode": ("web/qr.py",)}
 
 # Modules that come with packages that package.xml names: genpy with message_runtime, rosgraph and rospkg with rospy.
 PART_OF_ANOTHER = {"genpy", "rosgraph", "rospkg"}
@@ -517,7 +517,7 @@ def test_package_xml_names_what_the_code_imports():
     named = {element.text for element in manifest if element.tag.endswith("depend")}
     keys = {"numpy": "python3-numpy", "serial": "python3-serial", "websocket": "python3-websocket",
             "yaml": "python3-yaml", "PIL": "python3-pil", "matplotlib": "python3-matplotlib", "tqdm": "python3-tqdm",
-            "evdev": "python3-evdev", "tornado": "python3-tornado"}
+            "evdev": "python3-evdev", "tornado": "python3-tornado", "qrcode": "python3-qrcode"}
     keys.update({module: module for module in ROS_MODULES})
     used = {module.partition(".")[0] for path in package_files()
             for module, _ in imports(path.read_text(encoding="utf-8"), "pioneer_control.x")}

@@ -32,6 +32,10 @@ pictures to browsers, and orders back. It may die or hang at any time: the robot
 ``one_file``       joins the page and a recording into one HTML file
 ``programs``       the programs that share robots with persons: who gets which robot
 ``program_line``   the robot's side of the line to a program that shares its robot with persons
+``classroom``      who is who in a class: which student has which robot
+``class_desk``     the rules of a class: what students and teachers may do, and what they are told
+``qr``             an address as a QR code
+``wheels``         what a laptop needs for programs, for pip
 ``tied``           runs a program as a child that ends with its parent
 =================  ====================================================================================
 

@@ -23,6 +23,7 @@ from .site import KEY, Site, open_site
 BAGS = ".bag", ".bag.active"
 PACKAGE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 SIMULATOR_STARTS_WITHIN = 30.0      # s
+MOST_STUDENTS = 50
 ENDS_WITHIN = 3.0                   # s
 
 
@@ -66,10 +67,14 @@ def serve(options: argparse.Namespace, ending: "Signals") -> None:
     if importlib.util.find_spec("tornado") is None:
         raise PioneerError("the page needs tornado: sudo apt install python3-tornado (or pip install tornado)")
     bags = [name for name in options.robots if name.endswith(BAGS)]
+    if options.students is not None and options.robots:
+        raise UsageError("a class has simulated robots: give --class or robots, but not both")
     if bags and len(bags) < len(options.robots):
         raise UsageError("give bags, or ports of robots, but not both: %s" % " ".join(options.robots))
     with contextlib.ExitStack() as stack:
-        if bags:
+        if options.students is not None:
+            serve_class(options, ending, stack)
+        elif bags:
             serve_recording(bags, options, ending, stack)
         else:
             serve_robots(options, ending, stack)
@@ -98,7 +103,7 @@ def serve_robots(options: argparse.Namespace, ending: "Signals", stack: contextl
     from .client_crew import ClientCrew     # late, see above
     site = opened("simulated robot" if simulated else ", ".join(map(without_key, urls)), options, stack)
     if simulated:
-        urls = [url_of(simulator, ending)]
+        urls = urls_of(simulator, ending, 1)
     if not ending.wanted.is_set():
         owner = Owner(site.listening, site.told, folder=options.folder, say=say)
         crew = ClientCrew(urls, truth, owner)
@@ -107,19 +112,47 @@ def serve_robots(options: argparse.Namespace, ending: "Signals", stack: contextl
         run(site, owner, options, ending)
 
 
-def opened(title: str, options: argparse.Namespace, stack: contextlib.ExitStack) -> Site:
+def serve_class(options: argparse.Namespace, ending: "Signals", stack: contextlib.ExitStack) -> None:
+    """Serve a class with a simulated robot for each student, until a signal comes."""
+    count, world = options.students, options.world
+    truth = os.path.join(stack.enter_context(tempfile.TemporaryDirectory(prefix="pioneer-")), "truth")
+    simulator = stack.enter_context(simulator_process(truth, "--robots", str(count), "--world", world))
+    from .class_desk import ClassDesk       # late: the simulator starts meanwhile
+    from .client_crew import ClientCrew
+    from .qr import qr_lines, qr_rows
+    site = opened("class", options, stack, is_class=True)
+    urls = urls_of(simulator, ending, count)
+    if ending.wanted.is_set():
+        return
+    owner = Owner(site.listening, site.told, folder=options.folder, say=say)
+    code = qr_rows(site.class_address)
+    desk = ClassDesk(range(1, count + 1), {"address": site.class_address, "qr": code, "worlds": [world]}, owner.outbox,
+                     owner.programs, owner.vacate)
+    owner.rules = desk
+    crew = ClientCrew(urls, truth, owner, desk)
+    stack.callback(crew.close)
+    desk.simulator, owner.look = crew.truth, crew.look
+    run(site, owner, options, ending, [
+        "You, the teacher:  %s" % site.address, "", *qr_lines(code), "", "Students open", "",
+        "    %s" % site.class_address, "",
+        "%d robots stand in the world %r." % (count, world),
+        *([] if site.shared else ["This serves this computer only. --share lets others in."])])
+
+
+def opened(title: str, options: argparse.Namespace, stack: contextlib.ExitStack, is_class: bool = False) -> Site:
     """Open the site of the options, until the stack ends."""
-    site = open_site(title, options.port, options.share, os.environ.get(KEY))
+    site = open_site(title, options.port, options.share, os.environ.get(KEY), is_class)
     stack.callback(site.close)
     return site
 
 
-def run(site: Site, owner: Owner, options: argparse.Namespace, ending: "Signals") -> None:
-    """Say where the page is, and serve it until a signal comes."""
+def run(site: Site, owner: Owner, options: argparse.Namespace, ending: "Signals",
+        welcome: Optional[List[str]] = None) -> None:
+    """Say where the page is, or ``welcome``, and serve the page until a signal comes."""
     ending.then = owner.end
     if site.warning:
         print(site.warning, file=sys.stderr)
-    print(*site.welcome(), "Ctrl-C ends it.", sep="\n", flush=True)
+    print(*(site.welcome() if welcome is None else welcome), "Ctrl-C ends it.", sep="\n", flush=True)
     if options.browser:
         threading.Thread(target=webbrowser.open, args=(site.address,), daemon=True).start()
     if not ending.wanted.is_set():
@@ -133,16 +166,18 @@ def say(sentence: str) -> None:
 
 
 @contextlib.contextmanager
-def simulator_process(truth: Optional[str]) -> Iterator["subprocess.Popen[bytes]"]:
-    """Run a simulated robot as a child, which ends at the end of the context, and when this process is killed.
+def simulator_process(truth: Optional[str], *options: str) -> Iterator["subprocess.Popen[bytes]"]:
+    """Run a simulator as a child, which ends at the end of the context, and when this process is killed.
 
-    ``truth``: the path of the socket at which it is to tell its map; None for none.
+    Args:
+        truth: the path of the socket at which it is to tell its map; None for none.
+        options: more options for it.
     """
     environment: Dict[str, str] = dict(
         os.environ, PYTHONPATH=os.pathsep.join(filter(None, [os.path.dirname(PACKAGE), os.environ.get("PYTHONPATH")])))
     process = subprocess.Popen(
         [sys.executable, "-m", "pioneer_control.web.tied", "pioneer_control.simulator", "--tcp", "0",
-         *([] if truth is None else ["--truth", truth])],
+         *([] if truth is None else ["--truth", truth]), *options],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True, env=environment)
     try:
         yield process
@@ -156,11 +191,12 @@ def simulator_process(truth: Optional[str]) -> Iterator["subprocess.Popen[bytes]
             process.wait()
 
 
-def url_of(simulator: "subprocess.Popen[bytes]", ending: "Signals") -> str:
-    """Return the URL that the simulator prints. What else it prints is thrown away. Returns "" if a signal came.
+def urls_of(simulator: "subprocess.Popen[bytes]", ending: "Signals", count: int) -> List[str]:
+    """Return the URLs of robots that the simulator prints. What else it prints is thrown away. A signal may cut it
+    short.
 
     Raises:
-        PioneerError: it ended, or printed none within SIMULATOR_STARTS_WITHIN s.
+        PioneerError: it ended, or printed fewer within SIMULATOR_STARTS_WITHIN s.
     """
     found: List[str] = []
     come = threading.Event()
@@ -169,18 +205,20 @@ def url_of(simulator: "subprocess.Popen[bytes]", ending: "Signals") -> str:
         assert simulator.stdout is not None
         for line in simulator.stdout:
             match = re.search(r"socket://[\w.:\[\]-]+", line.decode("utf-8", "replace"))
-            if match and not found:
+            if match and len(found) < count:
                 found.append(match.group())
-                come.set()
+                if len(found) == count:
+                    come.set()
         come.set()
 
     threading.Thread(target=read, daemon=True).start()
     for _ in range(round(SIMULATOR_STARTS_WITHIN / 0.05)):
         if come.wait(0.05) or ending.wanted.is_set():
             break
-    if not found and not ending.wanted.is_set():
-        raise PioneerError("the simulated robot did not start; `python3 -m pioneer_control.simulator` says why")
-    return found[0] if found else ""
+    if len(found) < count and not ending.wanted.is_set():
+        raise PioneerError("the simulator did not start%s" % (
+            "; `python3 -m pioneer_control.simulator` says why" if count == 1 else ": see the line above"))
+    return found
 
 
 def parser() -> argparse.ArgumentParser:
@@ -194,10 +232,20 @@ def parser() -> argparse.ArgumentParser:
                         help="TCP port of the page; 0: any that is free (default: %(default)s)")
     result.add_argument("--browser", action="store_true", help="open the page in the browser")
     result.add_argument("--share", action="store_true", help="let other machines open the page; prints addresses")
+    result.add_argument("--class", dest="students", type=student_count, metavar="N",
+                        help="a class: N simulated robots, a page for the teacher, and one for each student")
+    result.add_argument("--world", default="classroom", help="the world of a class (default: %(default)s)")
     result.add_argument("--truth", metavar="PATH",
                         help="the simulator's socket of this option: shows the map of its robots")
     result.add_argument("--folder", help=argparse.SUPPRESS)     # of another page: for tests
     return result
+
+
+def student_count(text: str) -> int:
+    """Convert an argument of the command line to a number of students. Raises ArgumentTypeError, see port_number()."""
+    if not text.isascii() or not text.isdigit() or not 1 <= int(text) <= MOST_STUDENTS:
+        raise argparse.ArgumentTypeError("%r is not legal: give a whole number from 1 to %d" % (text, MOST_STUDENTS))
+    return int(text)
 
 
 def port_number(text: str) -> int:

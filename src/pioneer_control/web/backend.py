@@ -74,14 +74,8 @@ class Controls(Protocol):
         """Whether programs may command: "none", "free", "driving" or "locked out", as in the page's protocol."""
 
 
-class Feed(Protocol):
-    """Takes what the page shows. `Fleet` is one, and the owner's end of the socket to the server.
-
-    Every method returns at once, may be called by any thread if the feed says so, and raises nothing.
-    """
-
-    def frame(self, frame: bytes) -> None:
-        """Take the newest frame of a robot, as frames.encode_frame() gives it."""
+class TextFeed(Protocol):
+    """Takes the texts that the page shows. See Feed."""
 
     def text(self, kind: str, value: Any, robot: Optional[int] = None, seat: str = "", to: str = "") -> None:
         """Take the newest text of a kind.
@@ -94,6 +88,16 @@ class Feed(Protocol):
             to: for whom it is: a visitor, TEACHERS, or "" for all. A text for fewer goes before one for more of the
                 same kind and robot; the value None takes it back.
         """
+
+
+class Feed(TextFeed, Protocol):
+    """Takes what the page shows. `Fleet` is one, and the owner's end of the socket to the server.
+
+    Every method returns at once, may be called by any thread if the feed says so, and raises nothing.
+    """
+
+    def frame(self, frame: bytes) -> None:
+        """Take the newest frame of a robot, as frames.encode_frame() gives it."""
 
     def said(self, level: str, text: str, robot: Optional[int] = None,
              viewers: Optional[Sequence[int]] = None) -> None:
@@ -160,6 +164,12 @@ class Rules(Protocol):
     def viewers(self, robot: int) -> Optional[List[int]]:
         """Return the viewers who are told what happens to a robot; None for all. Any thread may call it."""
 
+    def entries(self, entries: List[Dict[str, Any]]) -> Dict[str, List[Dict[str, Any]]]:
+        """Return the text ``robots`` for each audience, made of the entries of all robots."""
+
+    def emptied(self) -> None:
+        """No viewer is there: a new server has begun."""
+
     def came(self, person: Person) -> None:
         """A viewer has come."""
 
@@ -192,6 +202,13 @@ class Everybody:
     def viewers(self, robot: int) -> Optional[List[int]]:
         """Return None: all are told everything."""
         return None
+
+    def entries(self, entries: List[Dict[str, Any]]) -> Dict[str, List[Dict[str, Any]]]:
+        """Return the same for all."""
+        return {"": entries}
+
+    def emptied(self) -> None:
+        """Do nothing."""
 
     def came(self, person: Person) -> None:
         """Do nothing."""

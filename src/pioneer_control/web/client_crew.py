@@ -5,6 +5,7 @@ from time import monotonic
 from typing import Any, List, Optional, Sequence
 
 from ..client.tcp import tcp_address
+from .backend import TextFeed
 from .client_robot import ClientRobot
 from .owner import Owner
 from .program_line import ProgramLine
@@ -19,18 +20,20 @@ class ClientCrew:
         urls: the ports of the robots.
         truth: path of the socket at which their simulator tells the truth; None without one.
         owner: gets the robots.
+        feed: takes what the simulator tells; None for the owner's outbox.
         options: more arguments for each Robot.
     """
 
-    def __init__(self, urls: Sequence[str], truth: Optional[str], owner: Owner, **options: Any) -> None:
+    def __init__(self, urls: Sequence[str], truth: Optional[str], owner: Owner, feed: Optional[TextFeed] = None,
+                 **options: Any) -> None:
         wires = [Wire(owner.wake) for _ in urls]
         self.robots: List[ClientRobot] = [
             ClientRobot(number, url, owner.outbox, owner, truth is not None, on_wire=wire.take, **options)
             for number, (url, wire) in enumerate(zip(urls, wires), 1)]
         addresses = [(robot.number, tcp_address(url)) for robot, url in zip(self.robots, urls)]
-        self._truth = None if truth is None else TruthLine(
+        self.truth = None if truth is None else TruthLine(
             truth, {address[1]: number for number, address in addresses if address is not None},
-            lambda number: self.robots[number - 1].base, owner.outbox)
+            lambda number: self.robots[number - 1].base, owner.outbox if feed is None else feed)
         owner.keep(self.robots)
         for robot, wire in zip(self.robots, wires):
             robot.has_programs = True
@@ -40,13 +43,13 @@ class ClientCrew:
 
     def look(self) -> None:
         """Listen to the simulator. The owner calls this in each of its turns."""
-        if self._truth is not None:
-            self._truth.turn(monotonic())
+        if self.truth is not None:
+            self.truth.turn(monotonic())
 
     def close(self) -> None:
         """Listen no more."""
-        if self._truth is not None:
-            self._truth.close()
+        if self.truth is not None:
+            self.truth.close()
 
 
 def _name_of(robot: ClientRobot) -> str:

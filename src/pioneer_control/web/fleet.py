@@ -34,6 +34,7 @@ BATCH = 0.025           # s
 ACKNOWLEDGE = 0.5       # s
 MOST_UNANSWERED = 40    # batches of a viewer: twice as many as there are in ACKNOWLEDGE s
 MOST_VIEWERS = 60
+MOST_OWN = 4            # viewers of one student who has a robot, also beyond MOST_VIEWERS
 MOST_MESSAGES = 100     # a second and viewer; so many at once
 MOST_SAID = 100         # sentences that wait for one viewer
 SAME_SENTENCE = 1.0     # s in which a viewer gets the same sentence only once
@@ -169,7 +170,7 @@ class Fleet:
     def arrive(self, number: int, person: Person, now: float) -> Optional[Farewell]:
         """Take a new viewer. It gets the whole picture with the next round. Returns a Farewell if there are too many.
         """
-        if len(self.viewers) >= MOST_VIEWERS:
+        if self._is_full_for(person):
             return Farewell(TOO_MANY, "%d pages are open already, and more are not served: close one" % MOST_VIEWERS)
         person = person._replace(name=self._names.get(person.visitor, ""))
         viewer = self.viewers[number] = Viewer(person, now)
@@ -180,6 +181,16 @@ class Fleet:
         self._fresh = True
         self._behind.add(number)
         return None
+
+    def _is_full_for(self, person: Person) -> bool:
+        """Return whether there are too many viewers for a person. Teachers, and those for whom there is a text of their
+        own (students with a robot), come in also when others have opened all pages that there may be.
+        """
+        if person.teacher:
+            return len([each for each in self.viewers.values() if each.person.teacher]) >= MOST_VIEWERS
+        own = len([each for each in self.viewers.values() if each.person.visitor == person.visitor])
+        is_expected = any(person.visitor in texts for texts in self._texts.values())
+        return own >= MOST_OWN if is_expected else len(self.viewers) >= MOST_VIEWERS
 
     def leave(self, number: int) -> None:
         """Forget a viewer. An unknown number is no error."""

@@ -16,6 +16,9 @@ from .frames import STAMPS
 LONGEST_MESSAGE = 4096      # bytes
 LONGEST_NAME = 24
 LONGEST_SENTENCE = 500
+LONGEST_FAULT = 100
+SPEEDS = 0.2, 4.0
+"""The slowest and the fastest time of a class. Slower, links to robots are taken for lost."""
 ALL = "all"
 GRIPPER_COMMANDS = ("open", "close", "up", "down", "stop", "deploy", "store")
 SHOWN = 60                  # characters of a wrong value that an error shows
@@ -102,10 +105,53 @@ class SayOrder(NamedTuple):
     text: str
 
 
+class JoinOrder(NamedTuple):
+    """A student of this name wants a robot."""
+
+    name: str
+
+
+class FreeOrder(NamedTuple):
+    """Take the robot from its student."""
+
+    robot: int
+
+
+class PauseOrder(NamedTuple):
+    """Simulated time is to stand, or to pass again."""
+
+    on: bool
+
+
+class SpeedOrder(NamedTuple):
+    """So many simulated seconds are to pass in a real one."""
+
+    speed: float
+
+
+class ResetOrder(NamedTuple):
+    """Carry the simulated robot back to where it began; all robots and cans."""
+
+    robot: RobotOrAll
+
+
+class FaultOrder(NamedTuple):
+    """A fault in the simulator's words, for a robot or all."""
+
+    robot: RobotOrAll
+    words: str
+
+
+class ClearFaultsOrder(NamedTuple):
+    """All faults end."""
+
+
 HelmOrder = Union[DriveOrder, StopOrder, UnlockOrder, MotorsOrder, GripperOrder, LimitOrder, TakeOrder, ReleaseOrder]
 """An order about robots."""
 HELM_ORDERS = (DriveOrder, StopOrder, UnlockOrder, MotorsOrder, GripperOrder, LimitOrder, TakeOrder, ReleaseOrder)
-PageOrder = Union[HelmOrder, DrawnOrder, PingOrder, NameOrder, SayOrder]
+ClassOrder = Union[JoinOrder, FreeOrder, PauseOrder, SpeedOrder, ResetOrder, FaultOrder, ClearFaultsOrder]
+"""An order in a class: all but the first are for the teacher."""
+PageOrder = Union[HelmOrder, DrawnOrder, PingOrder, NameOrder, SayOrder, ClassOrder]
 
 
 class FirstWords(NamedTuple):
@@ -139,6 +185,8 @@ def _text(longest: int, what: str) -> Check:
 ROBOT = _whole(0, 65535, "the number of a robot, 0 to 65535")
 ROBOT_OR_ALL = Check(ROBOT.legal + ', or "all"', lambda value: ROBOT.is_legal(value) or value == ALL)
 STAMP = _whole(0, STAMPS - 1, "a whole number from 0 to %d" % (STAMPS - 1))
+SWITCH = Check("true or false", lambda value: type(value) is bool)
+NAME = _text(LONGEST_NAME, "1 to %d printable characters" % LONGEST_NAME)
 SHARE = _number(-1, 1, "a number from -1 to 1")
 ORDERS: Mapping[str, Tuple[Callable[..., PageOrder], Mapping[str, Check]]] = {
     "drawn": (DrawnOrder, {"stamp": STAMP}),
@@ -146,14 +194,22 @@ ORDERS: Mapping[str, Tuple[Callable[..., PageOrder], Mapping[str, Check]]] = {
     "drive": (DriveOrder, {"robot": ROBOT, "forward": SHARE, "turn": SHARE, "stamp": STAMP}),
     "stop": (StopOrder, {"robot": ROBOT_OR_ALL}),
     "unlock": (UnlockOrder, {"robot": ROBOT_OR_ALL}),
-    "motors": (MotorsOrder, {"robot": ROBOT, "on": Check("true or false", lambda value: type(value) is bool)}),
+    "motors": (MotorsOrder, {"robot": ROBOT, "on": SWITCH}),
     "gripper": (GripperOrder, {"robot": ROBOT, "command": Check(
         ", ".join(GRIPPER_COMMANDS), lambda value: type(value) is str and value in GRIPPER_COMMANDS)}),
     "limit": (LimitOrder, {"robot": ROBOT, "linear": _number(0.01, 100, "a number from 0.01 to 100 (m/s)")}),
     "take": (TakeOrder, {"robot": ROBOT}),
     "release": (ReleaseOrder, {"robot": ROBOT}),
-    "name": (NameOrder, {"name": _text(LONGEST_NAME, "1 to %d printable characters" % LONGEST_NAME)}),
+    "name": (NameOrder, {"name": NAME}),
     "say": (SayOrder, {"text": _text(LONGEST_SENTENCE, "1 to %d printable characters" % LONGEST_SENTENCE)}),
+    "join": (JoinOrder, {"name": NAME}),
+    "free": (FreeOrder, {"robot": ROBOT}),
+    "pause": (PauseOrder, {"on": SWITCH}),
+    "speed": (SpeedOrder, {"speed": _number(*SPEEDS, "a number from %g to %g" % SPEEDS)}),
+    "reset": (ResetOrder, {"robot": ROBOT_OR_ALL}),
+    "fault": (FaultOrder, {"robot": ROBOT_OR_ALL, "words": _text(
+        LONGEST_FAULT, "1 to %d printable characters" % LONGEST_FAULT)}),
+    "clear_faults": (ClearFaultsOrder, {}),
 }
 """For each value of ``do``: the order, and its fields."""
 VISITOR = Check("16 to 64 letters and digits", lambda value: (

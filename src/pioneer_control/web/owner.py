@@ -355,7 +355,8 @@ class Owner:
         entries = [robot.entry for robot in self._robots.values()]
         if entries != self._entries:
             self._entries = entries
-            self.outbox.text("robots", entries)
+            for to, told in self.rules.entries(entries).items():
+                self.outbox.text("robots", told, to=to)
 
     def _send(self) -> None:
         waits = self.outbox.flush()
@@ -367,6 +368,7 @@ class Owner:
     def _start_server(self) -> None:
         server = self.server = self._make_server()
         self._selector.register(server.end, selectors.EVENT_READ)
+        self.rules.emptied()
         self.outbox.connect(server.end, self._first)
         for robot in self._robots.values():
             self.outbox.text("trail", robot.trail.points, robot.number)
@@ -404,6 +406,10 @@ class Owner:
         self._selector.close()
         self._waker.close()
 
+    def vacate(self, robot: int) -> None:
+        """Stop a robot, and free its seat: the person who had it may drive it no more."""
+        self._seats.vacate(robot, monotonic())
+
     # Other threads
 
     def changed(self, robot: PageRobot) -> None:
@@ -413,6 +419,7 @@ class Owner:
 
     def tell(self, robot: PageRobot, level: str, text: str, viewers: Optional[Sequence[int]] = None) -> None:
         """Tell the page what happened to a robot. See Stage.tell()."""
-        self.outbox.said(level, text, robot.number, self.rules.viewers(robot.number) if viewers is None else viewers)
-        if level != "info" and viewers is None:
+        to = self.rules.viewers(robot.number) if viewers is None else viewers
+        self.outbox.said(level, text, robot.number, to)
+        if level != "info" and viewers is None and to != []:
             self._say(text)

@@ -9,7 +9,7 @@ motors, gripper                        who has the seat, or takes a free one. Wh
                                        motors only go off (the helm sees to that)
 limit, take, release                   everybody, but not while somebody else has the seat
 stop                                   everybody, always, however old
-unlock                                 everybody
+unlock                                 everybody; only a teacher what a teacher has stopped
 =====================================  ================================================================================
 
 "Everybody" is everybody whose robot it is. A person has the seat of a robot from the first drive, motors or gripper
@@ -22,6 +22,7 @@ dark), the same visitor must let go first, with a zero, before the next one coun
 key is still held when the trouble ends. A page that died without a zero is such a hand, too.
 """
 
+import contextlib
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Tuple
 
 from ..errors import PioneerError, RefusedError
@@ -61,6 +62,8 @@ class Seat:
         """Time until which a velocity of the person lives."""
         self.hands: Dict[str, None] = {}
         """Visitors whose last word was a velocity, not a zero: their hand is on a key. The oldest come first."""
+        self.teacher_locks = False
+        """Whether a teacher has locked it, so that only a teacher unlocks it."""
 
     @property
     def limits(self) -> Tuple[float, float]:
@@ -135,6 +138,18 @@ class Seats:
                 seat.moved_until = now
                 seat.controls.stop()
 
+    def vacate(self, robot: int, now: float) -> None:
+        """Stop a robot, switch its motors off, and free seat and helm. An unknown number is no error."""
+        seat = self._seats.get(robot)
+        if seat is not None:
+            seat.person, seat.until, seat.moved_until = None, now, now
+            seat.limit = min(SLOW, seat.most[0])
+            seat.hands.clear()
+            seat.controls.stop()
+            with contextlib.suppress(PioneerError):     # no link: each one begins with motors off
+                seat.controls.release()
+                seat.controls.motors(False)
+
     def rename(self, person: Person) -> None:
         """Take a new name of a person who may have seats."""
         for seat in self._seats.values():
@@ -160,6 +175,7 @@ class Seats:
     def _obey(self, person: Person, seat: Seat, order: HelmOrder, now: float) -> None:
         if isinstance(order, StopOrder):
             seat.moved_until = now
+            seat.teacher_locks |= person.teacher
             seat.controls.lock()
         elif isinstance(order, DriveOrder):
             self._drive(person, seat, order, now)
@@ -198,6 +214,9 @@ class Seats:
     def _do(self, person: Person, seat: Seat, order: HelmOrder, now: float) -> None:
         controls = seat.controls
         if isinstance(order, UnlockOrder):
+            if seat.teacher_locks and not person.teacher:
+                raise RefusedError("the teacher stopped this robot: only the teacher unlocks it")
+            seat.teacher_locks = False
             controls.unlock()
             return
         self._check_seat(person, seat, now)

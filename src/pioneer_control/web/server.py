@@ -11,6 +11,7 @@ import itertools
 import json
 import logging
 import pathlib
+import resource
 import socket
 import sys
 from time import monotonic
@@ -29,6 +30,7 @@ from .fleet import Fleet, Message
 from .guard import (HEADERS, NO_WORDS, NONSENSE, TOO_SLOW, WRONG_KEY, Farewell, PageFile, ProgramLimits, is_our_host,
                     is_our_origin, is_teachers, page_files)
 from .orders import DrawnOrder, NameOrder, PingOrder, first_words, order_of, program_key, read_message
+from .wheels import all_wheels, package_files
 
 PAGE = pathlib.Path(__file__).resolve().parent / "page"
 FIRST_WORDS_WITHIN = 5.0    # s
@@ -437,6 +439,8 @@ async def serve(link: socket.socket, sockets: List[socket.socket], folder: pathl
     hub = Hub()
     await asyncio.get_running_loop().create_connection(lambda: hub, sock=link)
     files = page_files(folder)
+    wheels = asyncio.get_running_loop().run_in_executor(None, lambda: package_files(all_wheels()))
+    wheels.add_done_callback(lambda made: files.update({**made.result(), **files}))
     await asyncio.wait([asyncio.ensure_future(each.wait()) for each in (hub.ready, hub.ended)],
                        return_when=asyncio.FIRST_COMPLETED)
     if not hub.ended.is_set():
@@ -448,6 +452,8 @@ async def serve(link: socket.socket, sockets: List[socket.socket], folder: pathl
 
 def main(arguments: List[str]) -> int:
     """Run the server with the descriptors that the owner gave. Returns the exit code 0 at the owner's end."""
+    files, most_files = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (most_files, most_files))    # many connections
     logging.basicConfig(format="web server: %(message)s", level=logging.ERROR)
     link = socket.socket(fileno=int(arguments[0]))
     sockets = [socket.socket(fileno=int(number)) for number in arguments[1].split(",")]

@@ -26,7 +26,9 @@ class Site(NamedTuple):
     teacher: str
     """The key of the person at this computer."""
     others: Optional[str]
-    """The key of those at other computers; None where the page is for this computer only."""
+    """The key of those who are no teachers; None if there are none."""
+    shared: bool = False
+    """Whether other computers may open the page."""
 
     @property
     def port(self) -> int:
@@ -41,11 +43,16 @@ class Site(NamedTuple):
     @property
     def warning(self) -> str:
         """What to warn of at the start; empty where the page is for this computer only."""
-        return "" if self.others is None else SHARED
+        return SHARED if self.shared else ""
+
+    @property
+    def class_address(self) -> str:
+        """The page's address for students, with the key in its fragment."""
+        return "http://%s:%d/#%s" % (own_addresses()[0] if self.shared else "127.0.0.1", self.port, self.others)
 
     def welcome(self) -> List[str]:
         """Return what to print at the start."""
-        if self.others is None:
+        if not self.shared:
             return ["The page:  %s" % self.address]
         return [*("For others:  http://%s:%d/#%s" % (host, self.port, self.others) for host in own_addresses()),
                 "For you, the teacher:  %s" % self.address]
@@ -56,7 +63,7 @@ class Site(NamedTuple):
             each.close()
 
 
-def open_site(title: str, port: int, share: bool, key: Optional[str] = None) -> Site:
+def open_site(title: str, port: int, share: bool, key: Optional[str] = None, is_class: bool = False) -> Site:
     """Listen on a TCP port, and make keys.
 
     Args:
@@ -64,14 +71,15 @@ def open_site(title: str, port: int, share: bool, key: Optional[str] = None) -> 
         port: the port; 0 for any that is free.
         share: whether other computers may open the page.
         key: the key of the person at this computer. None: a new one.
+        is_class: whether there are students: they have a key of their own also where all sit at this computer.
 
     Raises:
         PioneerError: the port is taken, or not allowed.
     """
-    teacher, others = key or secrets.token_urlsafe(16), secrets.token_urlsafe(16) if share else None
+    teacher, others = key or secrets.token_urlsafe(16), secrets.token_urlsafe(16) if share or is_class else None
     keys = {teacher: True, **({} if others is None else {others: False})}
     names = own_names() if share else ["localhost"]
-    return Site(listen(EVERYWHERE if share else LOOPBACK, port), Told(keys, title, names), teacher, others)
+    return Site(listen(EVERYWHERE if share else LOOPBACK, port), Told(keys, title, names), teacher, others, share)
 
 
 def listen(hosts: Sequence[str], port: int) -> List[socket.socket]:

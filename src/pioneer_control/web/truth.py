@@ -4,18 +4,21 @@
 """
 
 import contextlib
+import itertools
 import json
 import math
 import socket
 from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple
 
-from .backend import Feed
+from ..errors import RefusedError
+from .backend import TextFeed
 
 Pose = Tuple[float, float, float]
 """x and y (m), heading (rad)."""
 RETRY = 0.5             # s between two attempts to connect
 LONGEST_LINE = 2 ** 24  # bytes
 READ_SIZE = 65536
+MOST_ORDERS = 100       # that wait for answers
 STAND: Pose = (0.0, 0.0, 0.0)
 
 
@@ -34,7 +37,7 @@ def origin_of(origin: Sequence[float], base: Pose) -> List[float]:
 
 
 class Truth:
-    """Reads the lines of the simulator, and makes the texts ``world``, ``origins`` and ``cans`` of them.
+    """Reads the lines of the simulator, and makes texts of the page's protocol of them.
 
     Args:
         numbers: the page's numbers of the robots, by their TCP ports. Other robots are not shown.
@@ -46,6 +49,12 @@ class Truth:
         self._data = b""
         self._robots: List[Optional[int]] = []      # for each robot of the simulator its number for the page
         self._told: Dict[str, Any] = {}
+        self.answers: List[Tuple[Any, bool, str]] = []
+        """Answers to orders that have come: the id of the order, whether it was done, a sentence."""
+
+    def number_of(self, robot: int) -> Optional[int]:
+        """Return the simulator's number of a robot of the page; None if it has none."""
+        return self._robots.index(robot) + 1 if robot in self._robots else None
 
     def receive(self, data: bytes) -> List[Tuple[str, Any]]:
         """Take bytes of the simulator. Returns the texts that changed: kind and value.
@@ -63,6 +72,8 @@ class Truth:
                 found["world"] = self._take_world(message["world"])
             elif "truth" in message:
                 found.update(self._take_truth(message["truth"]))
+            elif "answer" in message:
+                self.answers.append((message["answer"], bool(message["ok"]), str(message["text"])))
         changed = [(kind, value) for kind, value in found.items()
                    if kind not in self._told or value != self._told[kind]]
         self._told.update(changed)
@@ -75,7 +86,10 @@ class Truth:
         return dict(shown, can={"radius": world["cans"][0][0]}) if world["cans"] else shown
 
     def _take_truth(self, truth: Mapping[str, Any]) -> Dict[str, Any]:
+        time = {"time": {"paused": truth["paused"], "speed": truth["speed"]}} if "paused" in truth else {}
+        faults = {"faults": truth["faults"]} if "faults" in truth else {}
         return {
+            **time, **faults,
             "origins": {str(number): origin_of(origin, self._base(number))
                         for number, origin in zip(self._robots, truth["origins"]) if number is not None},
             "cans": [[x, y, lifted] for x, y, lifted, *_ in truth["cans"]],
@@ -91,11 +105,44 @@ class TruthLine:
         feed: takes the texts.
     """
 
-    def __init__(self, path: str, numbers: Mapping[int, int], base: Callable[[int], Pose], feed: Feed) -> None:
+    def __init__(self, path: str, numbers: Mapping[int, int], base: Callable[[int], Pose], feed: TextFeed) -> None:
         self._path, self._numbers, self._base, self._feed = path, numbers, base, feed
         self._truth = Truth(numbers, base)
         self._socket: Optional[socket.socket] = None
         self._retry_at = -math.inf
+        self._orders: Dict[int, Callable[[bool, str], None]] = {}
+        self._ids = itertools.count(1)
+
+    def order(self, name: str, robot: Optional[int], values: Mapping[str, Any],
+              answer: Callable[[bool, str], None]) -> None:
+        """Send an order to the simulator: see docs/simulator.md.
+
+        Args:
+            name: the order.
+            robot: the page's number of the robot that it is for; None for none, or all.
+            values: its other values.
+            answer: called by turn() with whether it was done, and a sentence for people.
+
+        Raises:
+            RefusedError: there is no simulator, it is not its robot, or too many orders wait.
+        """
+        number = None if robot is None else self._truth.number_of(robot)
+        if self._socket is None or len(self._orders) >= MOST_ORDERS:
+            raise RefusedError("the simulator does not answer: try again")
+        if robot is not None and number is None:
+            raise RefusedError("robot %d is not simulated" % robot)
+        message = dict(values, order=name)
+        if number is not None and name == "add_fault":
+            message["fault"] = "%s robot %d" % (values["fault"], number)
+        elif number is not None:
+            message["robot"] = number
+        message["id"] = next(self._ids)
+        try:
+            self._socket.sendall(json.dumps(message).encode() + b"\n")
+        except OSError as error:        # also when it does not read
+            self.close()
+            raise RefusedError("the simulator does not answer: try again") from error
+        self._orders[message["id"]] = answer
 
     def turn(self, now: float) -> None:
         """Connect if it is time to (monotonic, s), and read what has come. Never blocks, and raises nothing."""
@@ -112,6 +159,9 @@ class TruthLine:
                     return
                 for kind, value in self._truth.receive(data):
                     self._feed.text(kind, value)
+                while self._truth.answers:
+                    number, done, sentence = self._truth.answers.pop(0)
+                    self._orders.pop(number, lambda done, sentence: None)(done, sentence)
         except BlockingIOError:
             pass
         except (OSError, ValueError, TypeError, LookupError):
@@ -122,6 +172,7 @@ class TruthLine:
         if self._socket is not None:
             self._socket.close()
             self._socket = None
+            self._orders.clear()
 
     def _connect(self) -> None:
         line = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)

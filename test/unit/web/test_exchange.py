@@ -9,8 +9,10 @@ from hypothesis import strategies as some
 
 from pioneer_control.errors import UsageError
 from pioneer_control.web.exchange import (
-    BEAT_MESSAGE, FRAME, LENGTH, LONGEST, MOST_WAITING, SAID, TEXT, Outbox, Unpacker, packed, packed_json)
+    BEAT_MESSAGE, BYTES, CLOSED, FRAME, LENGTH, LONGEST, MOST_FOR_PROGRAMS, MOST_WAITING, OPENED, SAID, TEXT, Outbox,
+    Unpacker, bytes_of, packed, packed_bytes, packed_json)
 from pioneer_control.web.frames import RobotFrame, encode_frame, frame_head
+from pioneer_control.web.guard import Farewell
 
 
 def test_bytes_written_by_hand():
@@ -110,3 +112,31 @@ def test_a_server_that_is_gone_is_no_error_and_the_next_one_gets_all(ends):
         other.setblocking(False)
         outbox.connect(again, [])
         assert [json.loads(data)["kind"] for _, data in read_all(other, outbox)] == ["world", "helm"]
+
+
+def test_bytes_of_programs_keep_their_order_and_never_grow(ends):
+    ours, theirs = ends
+    outbox = Outbox()
+    outbox.connect(ours, [])
+    outbox.open_program(7, "rosie")
+    for step in range(MOST_FOR_PROGRAMS):
+        outbox.program_bytes(7, bytes([step % 256]) * 500)
+    outbox.close_program(7, Farewell(4409, "why"))
+    assert outbox.flush() and len(outbox._for_programs) <= MOST_FOR_PROGRAMS
+    found = read_all(theirs, outbox)
+    assert found[0] == (OPENED, b'{"program":7,"robot":"rosie"}')
+    assert json.loads(found[-1][1].decode()) == {"program": 7, "code": 4409, "reason": "why"} and found[-1][0] == CLOSED
+    assert [bytes_of(data) for kind, data in found if kind == BYTES][:3] == [
+        (7, b"\0" * 500), (7, b"\1" * 500), (7, b"\2" * 500)]
+    assert packed_bytes(7, b"x") == b"\x06\0\0\0P\x07\0\0\0x"
+    with pytest.raises(ValueError):
+        bytes_of(b"abc")
+
+
+def test_what_is_for_few_is_kept_for_the_next_server(ends):
+    ours, theirs = ends
+    outbox = Outbox()
+    outbox.text("join", True)
+    outbox.text("join", False, to="visitor")
+    outbox.connect(ours, [])
+    assert [json.loads(data)["to"] for _, data in read_all(theirs, outbox)] == ["", "visitor"]

@@ -298,3 +298,40 @@ def test_a_recording_is_given_whole_to_each_viewer_once_whenever_it_comes():
     fleet.arrive(2, Person(2, "w" * 16), 0.2)
     assert dict(fleet.round(0.2, lambda number: True))[2][1:] == [b"\x03first", b"\x02second"]
     assert dict(fleet.round(0.3, lambda number: True)) == {}
+
+
+def told(messages, kind):
+    return [each[kind] for each in messages if kind in each]
+
+
+def test_a_text_for_few_goes_before_one_for_all_and_nobody_else_sees_it():
+    show = Show(1, 2)
+    show.fleet.arrive(3, person(3, teacher=True), show.now)
+    show.fleet.text("join", True)
+    show.fleet.text("join", False, to="teachers")
+    show.fleet.text("program", {"robot": 1, "key": "secret"}, 1, to=person(1).visitor)
+    show.fleet.text("program", {"robot": 1, "key": "secret"}, 1, to="teachers")
+    got = show.round()
+    assert [told(got[each], "join") for each in (1, 2, 3)] == [[True], [True], [False]]
+    assert [len(told(got[each], "program")) for each in (1, 2, 3)] == [1, 0, 1]
+    show.fleet.text("join", False, to=person(1).visitor)
+    assert told(show.round()[1], "join") == [False]
+    show.fleet.leave(1)
+    show.fleet.arrive(4, person(4, person(1).visitor), show.now)       # a reload
+    show.fleet.arrive(5, person(5), show.now)
+    got = show.round()
+    assert told(got[4], "join") == [False] and told(got[4], "program")[0]["key"] == "secret"
+    assert told(got[5], "join") == [True] and "secret" not in str(got[5])
+    show.fleet.text("join", None, to=person(1).visitor)
+    show.fleet.text("program", None, 1, to=person(1).visitor)
+    got = show.round()
+    assert kinds(got[4]) == ["join"] and told(got[4], "join") == [True] and 5 not in got
+
+
+def test_students_with_a_robot_and_teachers_come_in_also_when_all_pages_are_open():
+    show = Show(*range(1, MOST_VIEWERS + 1))
+    show.fleet.text("mine", {"robot": 1}, to=person(77).visitor)
+    assert show.fleet.arrive(99, person(99), show.now).code == TOO_MANY
+    assert show.fleet.arrive(100, person(100, teacher=True), show.now) is None
+    own = [show.fleet.arrive(200 + tab, person(200 + tab, person(77).visitor), show.now) for tab in range(5)]
+    assert own[:4] == [None] * 4 and own[4].code == TOO_MANY

@@ -36,6 +36,14 @@ LEGAL = [
     ('{"do": "name", "name": "Ada"}', orders.NameOrder("Ada")),
     ('{"do": "name", "name": "\\u00c5sa \\u674e"}', orders.NameOrder("Åsa 李")),
     ('{"do": "say", "text": "come here"}', orders.SayOrder("come here")),
+    ('{"do": "join", "name": "Ada"}', orders.JoinOrder("Ada")),
+    ('{"do": "free", "robot": 7}', orders.FreeOrder(7)),
+    ('{"do": "pause", "on": true}', orders.PauseOrder(True)),
+    ('{"do": "speed", "speed": 0.5}', orders.SpeedOrder(0.5)),
+    ('{"do": "reset", "robot": 7}', orders.ResetOrder(7)),
+    ('{"do": "reset", "robot": "all"}', orders.ResetOrder("all")),
+    ('{"do": "fault", "robot": 7, "words": "loss 0.2"}', orders.FaultOrder(7, "loss 0.2")),
+    ('{"do": "clear_faults"}', orders.ClearFaultsOrder()),
 ]
 WRONG_FIELDS = {
     "drawn": [("stamp", value) for value in (-1, 2 ** 32, 1.0, True, "1", None, [], {})],
@@ -53,6 +61,13 @@ WRONG_FIELDS = {
     "release": [("robot", "all"), ("robot", -1)],
     "name": [("name", value) for value in ("", " ", "x" * 25, "a\nb", "a\u202eb", 1, None, ["Ada"], "\0")],
     "say": [("text", value) for value in ("", "x" * 501, "a\tb", 1)],
+    "join": [("name", value) for value in ("", " ", "x" * 25, "a\nb", 1, None, "\u202e")],
+    "free": [("robot", value) for value in ("all", -1, True)],
+    "pause": [("on", value) for value in (1, "true", None)],
+    "speed": [("speed", value) for value in (0, 0.19, 4.1, 1e308, "1", True)],
+    "reset": [("robot", value) for value in (-1, "ALL", None)],
+    "fault": [("words", value) for value in ("", "x" * 101, "a\nb", 1)] + [("robot", -1), ("robot", "every")],
+    "clear_faults": [],
 }
 
 

@@ -323,3 +323,31 @@ def test_a_new_name_is_seen(room):
     assert "somebody else" in room.drives(ADA)[0]
     room.seats.rename(BOB._replace(name="Bob"))
     assert room.told().value["who"] == "Bob"
+
+
+def test_a_robot_that_is_taken_from_its_person(room):
+    room.does(ADA, LimitOrder(1, 0.5))
+    room.does(ADA, TakeOrder(1))
+    room.drives(ADA)
+    room.seats.vacate(1, room.now)
+    assert room.one.told[-2:] == ["stop", "motors False"] and room.told().seat == ""
+    assert room.told().value["programs"] == "free" and room.told().value["limit"][0] == SLOW
+    room.seats.vacate(77, room.now)
+
+
+def test_what_a_teacher_stops_only_a_teacher_unlocks(room):
+    room.does(ADA, StopOrder(1))
+    assert room.does(ADA, UnlockOrder(1)) == []
+    room.does(TEACHER, StopOrder("all"))
+    room.does(ADA, StopOrder(1))
+    assert "only the teacher unlocks it" in room.does(ADA, UnlockOrder(1))[0] and room.one.locks == ("stop",)
+    assert room.does(OTHER_TEACHER, UnlockOrder("all")) == [] and room.one.locks == ()
+    room.does(ADA, StopOrder(1))
+    assert room.does(ADA, UnlockOrder(1)) == []
+
+
+def test_the_person_to_whom_a_program_belongs():
+    room = Room(who=lambda robot: "Ada")
+    assert room.told().value["who"] == ""
+    room.one.programs = "driving"
+    assert room.told().value["who"] == "Ada"

@@ -6,7 +6,8 @@ import socket
 
 import pytest
 
-from pioneer_control.web.truth import LONGEST_LINE, Truth, TruthLine, origin_of
+from pioneer_control.errors import RefusedError
+from pioneer_control.web.truth import LONGEST_LINE, MOST_ORDERS, Truth, TruthLine, origin_of
 
 WORLD = {"name": "office", "bounds": [0, 0, 9, 6], "walls": [[0, 0, 9, 0]], "posts": [[1, 2, 0.1]],
          "boxes": [[[3, 3], [4, 3], [4, 4]]], "cans": [[0.03, 0.12]], "starts": [[1, 1, 0]], "docks": [], "goals": {},
@@ -96,4 +97,46 @@ def test_the_line_is_made_anew_when_it_breaks(tmp_path):
         watch.turn(now + 0.2)       # it hung up
         (tmp_path / "truth").unlink()
     assert feed.texts == ["world", "origins", "cans"] * 2
+    watch.close()
+
+
+def test_time_and_faults(truth):
+    texts = dict(truth.receive(line(world=WORLD) + line(truth={
+        "origins": [], "cans": [], "paused": True, "speed": 2.0, "faults": ["loss 0.1"]})))
+    assert texts["time"] == {"paused": True, "speed": 2.0} and texts["faults"] == ["loss 0.1"]
+
+
+def test_orders_have_the_simulators_numbers_and_answers_come_back(tmp_path):
+    path, feed, answers = str(tmp_path / "truth"), Told(), []
+    watch = TruthLine(path, NUMBERS, lambda number: (0.0, 0.0, 0.0), feed)
+
+    def order(name, robot=None, **values):
+        watch.order(name, robot, values, lambda done, text: answers.append((done, text)))
+
+    with pytest.raises(RefusedError, match="does not answer"):
+        order("pause")
+    with socket.socket(socket.AF_UNIX) as listener:
+        listener.bind(path)
+        listener.listen(1)
+        watch.turn(1.0)
+        simulator, _ = listener.accept()
+        with simulator, simulator.makefile("rb") as lines:
+            simulator.sendall(line(world=WORLD))
+            watch.turn(1.1)
+            order("pause")
+            order("reset", 1)
+            order("add_fault", 2, fault="loss 0.1")
+            with pytest.raises(RefusedError, match="robot 9 is not simulated"):
+                order("reset", 9)
+            heard = [json.loads(lines.readline().decode()) for _ in range(3)]
+            assert heard == [{"order": "pause", "id": 1}, {"order": "reset", "robot": 3, "id": 2},
+                             {"order": "add_fault", "fault": "loss 0.1 robot 1", "id": 3}]
+            simulator.sendall(line(answer=3, ok=False, text="no") + line(answer=1, ok=True, text="yes")
+                              + line(answer=77, ok=True, text="whose?"))
+            watch.turn(1.2)
+            assert answers == [(False, "no"), (True, "yes")]
+            for _ in range(MOST_ORDERS - 1):
+                order("pause")
+            with pytest.raises(RefusedError):
+                order("pause")
     watch.close()
