@@ -17,6 +17,7 @@ const SAID = 6000;	// ms that a message stays on the map
 const model = new Model(), camera = new Camera(), picture = new MapPicture($("floor"), $("moving"), camera);
 const hand = new Hand(), deadman = new Deadman(message => live.send(message)), stopsToSend = new Set();
 const controls = listenHand(hand, {stop: () => timeline ? timeline.toggle() : stop(), gone: () => deadman.letGo(), key: pressed});
+const mine = {}, keys = new Map();		// in a class: this student's robot; addresses and keys for programs
 let live = null, recording = null, timeline = null, chosen = null, unpacking = null, dirty = true, turnedAt = 0, saidAt = 0, ageAt = 0;
 
 function say(text) {
@@ -60,7 +61,14 @@ function text(kind, value) {
 	model.take(kind, value);
 	if (kind === "hello") greet(value);
 	if (kind === "said") say(value.text);
+	if (kind === "join") join(value);
+	if (kind === "class") showClass(value);
+	if (kind === "mine") Object.assign(mine, value);
+	if (kind === "program") keys.set(value.robot, `Robot("ws://${location.host}${value.path}", key="${value.key}")`);
+	if ("name" in mine && $("teacher").hidden) for (const robot of model.list) robot.info.yours = robot.number === mine.robot;
+	if (kind === "mine" && mine.robot) choose(mine.robot);
 	changed();
+	put("program", keys.get(chosen?.number));
 }
 
 function greet({title, you = "", teacher}) {
@@ -68,6 +76,28 @@ function greet({title, you = "", teacher}) {
 	put("title", title);
 	show("teacher", teacher);
 	if (document.activeElement !== $("my-name")) $("my-name").value = you.replace(/ /g, "_");
+}
+
+// A student without a robot says a name first.
+function join(wanted) {
+	mine.joins = wanted;
+	document.body.classList.toggle("joins", wanted);
+	put("notice", wanted && "Type your name to get a robot.");
+	if (wanted) $("my-name").focus();
+}
+
+function showClass({address, qr, students, paused}) {
+	const code = $("class-code"), side = qr.length + 8, pen = code.getContext("2d");
+	show("class", true);
+	put("class-address", address);
+	put("pause", paused ? "Go on" : "Pause");
+	$("students").replaceChildren(...students.map(([robot, name, state]) =>
+		Object.assign(document.createElement("li"), {textContent: `${robot} ${name}${state === "here" ? "" : ", away"}`})));
+	code.width = code.height = side;
+	pen.fillStyle = "#fff";
+	pen.fillRect(0, 0, side, side);
+	pen.fillStyle = "#000";
+	qr.forEach((row, y) => [...row].forEach((dark, x) => dark === "1" && pen.fillRect(x + 4, y + 4, 1, 1)));
 }
 
 function frames(list) {
@@ -122,6 +152,7 @@ const ACTIONS = {
 	"motors-switch": () => act("motors", {on: $("Motors").textContent === "off"}), slower: () => raise(-0.05), faster: () => raise(0.05),
 	fit: () => camera.fitted = true, "zoom-in": () => camera.zoom(1.25), "zoom-out": () => camera.zoom(0.8), follow: () => Object.assign(camera, {follows: !camera.follows, fitted: false}),
 	"mark-previous": () => timeline.jump(-1), "mark-next": () => timeline.jump(1), play: () => timeline.toggle(),
+	pause: () => live.send({do: "pause", on: $("pause").textContent === "Pause"}), reset: () => act("reset"), "reset-all": () => act("reset", {robot: "all"}),
 	"help-open": () => {
 		controls.drop();
 		$("help").showModal();
@@ -164,7 +195,7 @@ $("tiles").onclick = event => choose(Number(event.target.closest("button").value
 $("grip").onclick = event => act("gripper", {command: event.target.value});
 listenStop($("stop"));
 listenStop($("stop-all"), "all");
-listenForm($("my-name"), name => live.send({do: "name", name}));
+listenForm($("my-name"), name => live.send({do: mine.joins ? "join" : "name", name}));
 listenForm($("say-text"), text => {
 	if (live.send({do: "say", text})) $("say-text").value = "";
 });

@@ -1,0 +1,74 @@
+"""A class on the page: a student says a name, gets a robot and its key; the teacher sees who is who, and the address."""
+
+from page_server import robot_info, until
+
+
+def student(page, joins=True):
+    """Open a page as the server of a class shows it to a student."""
+    page.open(numbers=(1, 2))
+    page.server.say("robots", [dict(robot_info(number), yours=False) for number in (1, 2)])
+    page.server.say("mine", {"robot": None, "name": ""})
+    page.server.say("join", joins)
+    until(lambda: page.js("return document.body.classList.contains('joins')") == joins, "it asks for a name")
+
+
+def test_a_student_says_a_name_and_gets_a_robot_with_its_key(page):
+    student(page)
+    page.shows("notice", "Type your name")
+    assert page.js("return document.activeElement.id") == "my-name"
+    page.js("const f = document.getElementById('my-name'); f.value = 'Ada_L'; f.form.requestSubmit()")
+    until(lambda: page.server.of("join"), "it joins")
+    assert page.server.of("join") == [{"do": "join", "name": "Ada L"}]
+    page.server.say("mine", {"robot": 2, "name": "Ada L"})
+    page.server.say("program", {"robot": 2, "path": "/robot/2", "key": "k<b>2"})
+    page.server.say("join", False)
+    page.shows("program", 'Robot("ws://127.0.0.1:%d/robot/2", key="k<b>2")' % page.server.port)
+    page.shows("number", "2")
+    page.drive()
+    assert {message["robot"] for message in page.server.drives()} == {2}
+
+
+def test_a_student_drives_no_other_robot_and_none_after_it_was_taken_away(page):
+    student(page)
+    page.server.say("mine", {"robot": 2, "name": "Ada"})
+    page.server.say("join", False)
+    page.shows("number", "2")
+    page.js("document.activeElement.blur()")
+    page.press("KeyP")
+    page.shows("number", "1")
+    page.down("KeyW")
+    page.settle()
+    page.settle()
+    page.up("KeyW")
+    assert page.server.drives() == []
+    page.press("KeyN")
+    page.shows("number", "2")
+    page.server.say("mine", {"robot": None, "name": ""})
+    page.server.say("join", True)
+    page.shows("notice", "Type your name")
+    page.js("document.activeElement.blur()")
+    page.down("KeyW")
+    page.settle()
+    page.settle()
+    page.up("KeyW")
+    assert page.server.drives() == []
+
+
+def test_the_teacher_sees_who_is_who_and_the_address_and_pauses(page):
+    page.open(numbers=(1, 2), teacher=True)
+    page.server.say("mine", {"robot": None, "name": ""})
+    page.server.say("class", {"address": "http://here:8080/#KEY", "qr": ["10", "01"], "paused": False, "speed": 1.0,
+                              "students": [[1, "Ada <b>", "here"], [2, "Bob", "away"]], "worlds": ["classroom"]})
+    until(lambda: page.js("return !document.getElementById('class').hidden"), "the class is shown")
+    page.js("document.getElementById('class').open = true")
+    page.shows("class-address", "http://here:8080/#KEY")
+    page.shows("students", "1 Ada <b>\n2 Bob, away")
+    assert page.js("const c = document.getElementById('class-code'), p = c.getContext('2d');"
+                   "return [c.width, ...[[4, 4], [5, 4], [0, 0]].map(at => p.getImageData(...at, 1, 1).data[0])]") == [
+        10, 0, 255, 255]
+    page.click("pause")
+    page.click("reset-all")
+    until(lambda: page.server.of("reset"), "both are sent")
+    assert page.server.of("pause") == [{"do": "pause", "on": True}]
+    assert page.server.of("reset") == [{"do": "reset", "robot": "all"}]
+    page.drive()        # a teacher drives any robot
