@@ -313,6 +313,7 @@ def test_thirty_students_ten_of_them_hostile(tmp_path):
             client.enable_motors()
         pid, ended, robots = site.server_pid(), threading.Event(), [robot for _, robot in students]
         bad = [threading.Thread(target=hostile, args=(site, number, robots, ended)) for number in range(10)]
+        stack.callback(ended.set)
         for thread in bad:
             thread.start()
         time.sleep(5.0)         # until all that is made once is made

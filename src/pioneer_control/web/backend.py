@@ -176,8 +176,10 @@ class Rules(Protocol):
     def left(self, viewer: int) -> None:
         """A viewer is gone."""
 
-    def obey(self, person: Person, order: Any) -> None:
-        """Do an order that is not about driving. Raises a PioneerError that says for people why not."""
+    def obey(self, person: Person, order: Any, now: float) -> None:
+        """Do an order that is not about driving (monotonic time, s). Raises a PioneerError that says for people why
+        not.
+        """
 
 
 class Everybody:
@@ -216,6 +218,6 @@ class Everybody:
     def left(self, viewer: int) -> None:
         """Do nothing."""
 
-    def obey(self, person: Person, order: Any) -> None:
+    def obey(self, person: Person, order: Any, now: float) -> None:
         """Raise RefusedError: such orders are for a class."""
         raise RefusedError("refused: this is no class")

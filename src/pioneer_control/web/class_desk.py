@@ -18,9 +18,11 @@ from ..errors import RefusedError
 from .backend import TEACHERS, Person
 from .classroom import Classroom, Student
 from .exchange import Outbox
+from .guard import Allowance
 from .orders import ALL, ClearFaultsOrder, FaultOrder, FreeOrder, JoinOrder, PauseOrder, ResetOrder, SpeedOrder
 from .programs import Programs
 
+MOST_JOINS = 3          # of a page in a second: each one is told to teachers
 Entry = Dict[str, Any]
 
 
@@ -51,6 +53,7 @@ class ClassDesk:
         self._classroom = Classroom(robots)
         self._told, self._outbox, self._programs, self._vacate = told, outbox, programs, vacate
         self._viewers: Dict[int, Person] = {}
+        self._joins: Dict[int, Allowance] = {}      # how often each viewer may still join
         self._time: Entry = {"paused": False, "speed": 1.0}
         outbox.text("join", True)
         outbox.text("join", False, to=TEACHERS)
@@ -96,6 +99,7 @@ class ClassDesk:
     def emptied(self) -> None:
         """No viewer is there: a new server has begun."""
         self._viewers.clear()
+        self._joins.clear()
         self._tell()
 
     def came(self, person: Person) -> None:
@@ -105,12 +109,15 @@ class ClassDesk:
 
     def left(self, viewer: int) -> None:
         """A viewer is gone."""
+        self._joins.pop(viewer, None)
         if self._viewers.pop(viewer, None) is not None:
             self._tell()
 
-    def obey(self, person: Person, order: Any) -> None:
+    def obey(self, person: Person, order: Any, now: float) -> None:
         """Do an order that is not about driving. Raises RefusedError for what this person may not do."""
         if isinstance(order, JoinOrder):
+            if not self._joins.setdefault(person.viewer, Allowance(MOST_JOINS, now)).spends(1, now):
+                raise RefusedError("refused: you have just joined")
             if person.teacher:
                 raise RefusedError("the teacher needs no robot: all of them obey")
             self._join(person, order.name)

@@ -29,12 +29,14 @@ from .programs import Programs
 from .seats import HelmTold, Seats
 
 SILENCE = 0.5           # s without a word of the server after which robots are stopped
+PROGRAMS_LOST = 1.5     # s without a word after which programs have to connect again: what they said is too old
 HUNG = 10.0             # s without a word after which the server is killed, and another one is started
 STARTING = 60.0         # s that a server may need for its first word
 BACK_OFF = (0.05, 2.0)  # s before a server that died is started again: at first, and at most
 WELL = 10.0             # s that a server has lived when the next back-off begins with the first again
 TICK = 0.05             # s between two looks at everything that depends on time
 PATIENCE = 2.0          # s that the end of a server may take
+SERVER_SILENT = "the server of the page did not answer for a moment: connect again"
 SAID_OF: Mapping[type, str] = {
     StopOrder: "STOP, by %s", UnlockOrder: "unlocked by %s", TakeOrder: "%s took the helm",
     ReleaseOrder: "%s gave the helm back"}
@@ -299,7 +301,7 @@ class Owner:
         elif isinstance(order, HELM_ORDERS):
             self._command(person, cast(HelmOrder, order), now)
         else:
-            self.rules.obey(person, order)
+            self.rules.obey(person, order, now)
         self._show_helms(now)
 
     def _command(self, person: Person, order: HelmOrder, now: float) -> None:
@@ -313,7 +315,12 @@ class Owner:
             self._robots[order.robot].asked = person.viewer
         elif type(order) in SAID_OF:
             sentence = SAID_OF[type(order)] % (person.name or "somebody")
-            self.outbox.said("info", sentence, order.robot if isinstance(order.robot, int) else None)
+            robots = [order.robot] if isinstance(order.robot, int) else [
+                robot for robot in self._robots if self.rules.may(person, robot)]
+            if len(robots) == 1:
+                self.outbox.said("info", sentence, robots[0], self.rules.viewers(robots[0]))
+            elif robots:
+                self.outbox.said("info", sentence)
 
     def _introduce(self, robot: PageRobot) -> None:
         """Take the shape and the limits of a robot that has changed."""
@@ -331,7 +338,10 @@ class Owner:
         silent = now - server.heard
         if silent > SILENCE and not self._is_lost:
             self._is_lost = True
-            self._lose(now)
+            self._seats.lost(now)
+            self.programs.halt()
+        if silent > PROGRAMS_LOST:
+            self.programs.lost(SERVER_SILENT)
         if silent > (HUNG if server.speaks else STARTING):
             server.kill()
             self._drop_server()
@@ -390,7 +400,7 @@ class Owner:
     def _lose(self, now: float) -> None:
         """Stop all that persons and programs drive: nobody hears them any more."""
         self._seats.lost(now)
-        self.programs.lost("the server of the page did not answer for a moment: connect again")
+        self.programs.lost(SERVER_SILENT)
 
     def _close(self) -> None:
         self._lose(monotonic())

@@ -132,7 +132,7 @@ class ProgramLine:
             return
         if now >= self._heard_at + WATCHDOG:
             self._say("the program has not been heard for %.0f s: the robot stops" % WATCHDOG)
-            self._halt()
+            self.halt()
         elif now >= self._renew_at:
             self._renew(now)
 
@@ -140,6 +140,15 @@ class ProgramLine:
     def due(self) -> float:
         """Time (monotonic, s) by which tick() must be called; infinity when nothing is due."""
         return math.inf if self._wanted.stands else min(self._renew_at, self._heard_at + WATCHDOG)
+
+    def halt(self) -> None:
+        """Stop what this program drives, if it drives something. It may command anew."""
+        if not self._wanted.stands:
+            self._wanted, self._changed = STAND, False
+            try:
+                self._steered.set_velocity(INPUT, 0.0, 0.0, self._who)
+            except PioneerError:    # a person has the helm, or there is no link: nothing of this program's goes on
+                pass
 
     def end(self) -> None:
         """The connection of the program is gone: stop at once what it drives, and take back what it switched."""
@@ -255,17 +264,8 @@ class ProgramLine:
                 self._say(str(error))
             self._wanted = STAND
 
-    def _halt(self) -> None:
-        """Stop what this program drives, if it drives something."""
-        if not self._wanted.stands:
-            self._wanted, self._changed = STAND, False
-            try:
-                self._steered.set_velocity(INPUT, 0.0, 0.0, self._who)
-            except PioneerError:    # a person has the helm, or there is no link: nothing of this program's goes on
-                pass
-
     def _end_session(self) -> None:
-        self._halt()
+        self.halt()
         try:
             self._motors_off()
             if self._sonar_off:

@@ -9,7 +9,9 @@ what                        rule
 key                         one for each robot, made here. Who may drive the robot is told it, nobody else
 two programs of one robot   the newer one has it, the older one is closed. Within SETTLES s the newer one is refused: so
                             two programs that both connect again and again do not take turns faster
-server silent or gone       all lines end, at once: what their programs drive stops
+server silent               what programs drive stops
+server silent for long,     all lines end, at once
+or gone
 sentences for people        at most SENTENCES a second for each program
 ==========================  ===========================================================================================
 """
@@ -51,6 +53,9 @@ class RobotSide(Protocol):
     @property
     def due(self) -> float:
         """Time by which tick() must be called."""
+
+    def halt(self) -> None:
+        """Stop what the program drives; it may command anew."""
 
     def end(self) -> None:
         """The program is gone."""
@@ -184,8 +189,14 @@ class Programs:
         if number in self._robots:
             self._end(self._shared[self._robots[number]], None)
 
+    def halt(self) -> None:
+        """Stop what programs drive: the server is silent. They may command anew."""
+        for shared in self._shared.values():
+            if shared.program is not None:
+                shared.program.line.halt()
+
     def lost(self, reason: str) -> None:
-        """End all lines: the server is silent, or gone."""
+        """End all lines: the server is gone, or as good as gone."""
         for shared in self._shared.values():
             self._end(shared, Farewell(NO_ROBOT, reason))
 

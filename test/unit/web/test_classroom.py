@@ -6,7 +6,7 @@ from hypothesis import strategies as some
 
 from pioneer_control.errors import PioneerError, RefusedError
 from pioneer_control.web.backend import TEACHERS, Person
-from pioneer_control.web.class_desk import ClassDesk
+from pioneer_control.web.class_desk import MOST_JOINS, ClassDesk
 from pioneer_control.web.classroom import Classroom
 from pioneer_control.web.orders import (
     LONGEST_NAME, ClearFaultsOrder, FaultOrder, FreeOrder, JoinOrder, PauseOrder, ResetOrder, SpeedOrder)
@@ -97,7 +97,7 @@ def test_a_student_joins_and_only_teacher_and_student_are_told(told):
     assert told.texts["join", None, ""] is True and told.texts["join", None, TEACHERS] is False
     desk.came(TEACHER)
     desk.came(student(1, ADA))
-    desk.obey(student(1, ADA), JoinOrder("Ada"))
+    desk.obey(student(1, ADA), JoinOrder("Ada"), 5.0)
     assert told.texts["mine", None, ADA] == {"robot": 1, "name": "Ada"} and told.texts["join", None, ADA] is False
     assert told.keys == [(1, (ADA, TEACHERS))]
     assert told.texts["class", None, TEACHERS] == {
@@ -115,23 +115,23 @@ def test_a_student_joins_and_only_teacher_and_student_are_told(told):
 
 def test_who_may_what(told):
     desk = told.desk
-    desk.obey(student(1, ADA), JoinOrder("Ada"))
+    desk.obey(student(1, ADA), JoinOrder("Ada"), 5.0)
     assert desk.may(student(2, ADA), 1) and not desk.may(student(1, ADA), 2) and not desk.may(student(3, EVE), 1)
     assert desk.may(TEACHER, 1) and desk.may(TEACHER, 2)
     for order in (FreeOrder(1), PauseOrder(True), SpeedOrder(2.0), ResetOrder("all"), FaultOrder(1, "loss 0.5"),
                   ClearFaultsOrder()):
         with pytest.raises(PioneerError, match="only the teacher"):
-            desk.obey(student(1, ADA), order)
+            desk.obey(student(1, ADA), order, 5.0)
     assert told.orders == [] and told.vacated == []
     with pytest.raises(PioneerError, match="no robot"):
-        desk.obey(TEACHER, JoinOrder("T"))
+        desk.obey(TEACHER, JoinOrder("T"), 5.0)
 
 
 def test_the_teacher_frees_a_robot(told):
     desk = told.desk
     desk.came(student(1, ADA))
-    desk.obey(student(1, ADA), JoinOrder("Ada"))
-    desk.obey(TEACHER, FreeOrder(1))
+    desk.obey(student(1, ADA), JoinOrder("Ada"), 5.0)
+    desk.obey(TEACHER, FreeOrder(1), 5.0)
     assert told.vacated == [1] and told.changed == [1] and told.keys[-1] == (1, (TEACHERS,))
     for kind, robot in (("mine", None), ("join", None), ("program", 1)):
         assert told.texts[kind, robot, ADA] is None
@@ -141,7 +141,7 @@ def test_the_teacher_frees_a_robot(told):
 def test_orders_for_the_simulator(told):
     for order in (PauseOrder(True), PauseOrder(False), SpeedOrder(2.0), ResetOrder("all"), ResetOrder(2),
                   FaultOrder(2, "loss 0.5"), FaultOrder("all", "stall"), ClearFaultsOrder()):
-        told.desk.obey(TEACHER, order)
+        told.desk.obey(TEACHER, order, 5.0)
     assert told.orders == [
         ("pause", None, {}), ("go_on", None, {}), ("speed", None, {"speed": 2.0}), ("reset", None, {}),
         ("reset", 2, {}), ("add_fault", 2, {"fault": "loss 0.5"}), ("add_fault", None, {"fault": "stall"}),
@@ -170,3 +170,12 @@ def test_a_qr_code():
     lines = qr_lines(rows)
     assert len({len(line) for line in lines}) == 1 and 2 * len(lines) >= len(rows) + 4
     assert qr_lines([]) == []
+
+
+def test_who_joins_again_and_again_is_refused(told):
+    for number in range(MOST_JOINS):
+        told.desk.obey(student(1, ADA), JoinOrder("Ada %d" % number), 5.0)
+    with pytest.raises(RefusedError, match="just joined"):
+        told.desk.obey(student(1, ADA), JoinOrder("Ada"), 5.0)
+    told.desk.obey(student(2, BOB), JoinOrder("Bob"), 5.0)
+    told.desk.obey(student(1, ADA), JoinOrder("Ada"), 6.0)

@@ -63,6 +63,9 @@ class FakeLine:
     def tick(self, now):
         self.ticks.append(now)
 
+    def halt(self):
+        self.halted = True
+
     def end(self):
         self.ended += 1
 
@@ -153,9 +156,11 @@ def test_a_program_that_is_gone_ends_its_line_and_only_its_own(school):
     assert 3 in school.pipe.opened
 
 
-def test_a_silent_server_ends_all(school):
+def test_a_silent_server_stops_all_and_then_ends_all(school):
     school.join(1, 7)
     school.join(2, 8)
+    school.programs.halt()
+    assert all(line.halted and not line.ended for line in school.lines) and school.pipe.closed == {}
     school.programs.lost("silent")
     assert [line.ended for line in school.lines] == [1, 1] and set(school.pipe.closed) == {1, 2}
     school.programs.receive(1, b"abc", 101.0)
