@@ -1,4 +1,4 @@
-"""A class on the page: a student says a name, gets a robot and its key; the teacher sees who is who, and the address."""
+"""A class on the page: a student says a name, gets a robot and its key; the teacher sees who is who."""
 
 from page_server import robot_info, until
 
@@ -25,7 +25,7 @@ def test_a_student_says_a_name_and_gets_a_robot_with_its_key(page):
     page.shows("program", 'Robot("ws://127.0.0.1:%d/robot/2", key="k<b>2")' % page.server.port)
     page.shows("number", "2")
     page.drive()
-    assert {message["robot"] for message in page.server.drives()} == {2}
+    assert {robot for robot, _, _ in page.server.drives()} == {2}
 
 
 def test_a_student_drives_no_other_robot_and_none_after_it_was_taken_away(page):

@@ -284,6 +284,13 @@ def test_the_page_gets_its_arguments(clone):
     assert status == 0 and output.endswith("the page of ['run.bag', '--port', '0']\n")
 
 
+def test_a_class_is_a_page_for_so_many(clone):
+    status, output = clone.run("class", "30", "--share")
+    assert status == 0 and output.endswith("the page of ['--class', '30', '--share']\n")
+    assert clone.run("class") == (1, "pioneer: class wants the number of students: ./pioneer class 30\n")
+    assert clone.run("class", "--share")[0] == 1
+
+
 def test_a_run_without_a_bag_is_a_failure(clone):
     status, output = clone.run("run", WITHOUT_BAG="1")
     assert status == 1
