@@ -104,7 +104,7 @@ function showRobot(robot, live, mine) {
 
 function showList(list, chosen) {
 	const tiles = $("tiles");
-	show("list", list.length > 1 || !$("teacher").hidden);
+	show("list", list.length > 1);
 	items(tiles, list.map(robot => robot.number), (item, number) => {
 		const button = make(item, "button", {value: number});
 		for (const tag of ["b", "i", "span", "small"]) make(button, tag);
