@@ -156,5 +156,13 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     return 0
 
 
+def draw_run(arguments: Sequence[str]) -> int:
+    """Do what ``draw_run`` is told: with --html make a page that plays, else draw a picture. Returns the exit status."""
+    if "--html" in arguments:
+        return main(arguments)
+    from ..bags.draw import main as draw    # late: it imports matplotlib
+    return draw(arguments)
+
+
 if __name__ == "__main__":
     sys.exit(main())
