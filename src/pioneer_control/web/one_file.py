@@ -157,7 +157,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 
 def draw_run(arguments: Sequence[str]) -> int:
-    """Do what ``draw_run`` is told: with --html make a page that plays, else draw a picture. Returns the exit status."""
+    """Do what ``draw_run`` is told: with --html, make a page that plays, else draw a picture. Returns the status."""
     if "--html" in arguments:
         return main(arguments)
     from ..bags.draw import main as draw    # late: it imports matplotlib
