@@ -160,7 +160,7 @@ def possible_robots() -> List[str]:
     told = {topic: names for topic, names in subscribers.items()
             if robot_and_name(topic)[1] in TOLD and robot_and_name(topic)[0].split("/")[-1] not in ASIDE}
     reported = {topic: names for topic, names in publishers.items() if topic.split("/")[-1] == "motor_state"}
-    found = {node: topic for topic, names in sorted([*reported.items(), *told.items()]) for node in names}
+    found = {node: topic for topic, names in [*sorted(told.items()), *sorted(reported.items())] for node in names}
     return ["%s (%s)" % each for each in sorted(found.items())]
 
 
