@@ -11,6 +11,7 @@ until the viewer has read the frame. bench/page.md has the measurements.
 
 import argparse
 import contextlib
+import json
 import os
 import pathlib
 import re
@@ -20,7 +21,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from typing import Dict, Iterator, List, Sequence
+from typing import Any, Dict, Iterator, List, Sequence
 
 import websocket
 
@@ -43,12 +44,16 @@ class Watcher:
         self.line.send('{"key": "%s", "visitor": "%s"}' % (key, secrets.token_hex(16)))
         self.line.sock.setblocking(False)
         self.bytes = 0
+        self.texts: Dict[str, Any] = {}     # the newest of each kind
         self._data = bytearray()
         self._told = 0.0
+        self._unacknowledged = 0
 
     def read(self) -> Iterator[bytes]:
-        """Read what is there. Yields the messages with frames, and acknowledges them."""
-        self._data += self.line.sock.recv(2 ** 20)
+        """Read what is there. Yields the messages with frames."""
+        received = self.line.sock.recv(2 ** 20)
+        assert received, "the server has closed the page of a viewer"
+        self._data += received
         while len(self._data) >= 2:
             length, begin = self._data[1], 2
             if length > 125:
@@ -62,16 +67,26 @@ class Watcher:
             del self._data[:begin + length]
             self.bytes += length
             if kind == websocket.ABNF.OPCODE_BINARY:
-                self._acknowledge(message)
+                self._unacknowledged = int.from_bytes(message[3:7], "little")     # of the first frame: good enough
                 yield message
+            elif kind == websocket.ABNF.OPCODE_TEXT:
+                self.texts.update(json.loads(message.decode()))
+            elif kind == websocket.ABNF.OPCODE_PING:    # without an answer the server takes it for gone
+                self._send(websocket.ABNF.OPCODE_PONG, message)
 
-    def _acknowledge(self, message: bytes) -> None:
+    def acknowledge(self) -> None:
+        """Tell the server the newest frame that was read, if it is time to. Call this now and then: without it the
+        server sends nothing more.
+        """
         now = time.monotonic()
-        if now - self._told > ACKNOWLEDGE:
+        if self._unacknowledged and now - self._told > ACKNOWLEDGE:
             self._told = now
-            stamp = int.from_bytes(message[3:7], "little")      # of the first frame: good enough
-            text = b'{"do":"drawn","stamp":%d}' % stamp
-            self.line.sock.send(bytes((0x81, 0x80 | len(text), 0, 0, 0, 0)) + text)
+            text = b'{"do":"drawn","stamp":%d}' % self._unacknowledged
+            self._unacknowledged = 0
+            self._send(websocket.ABNF.OPCODE_TEXT, text)
+
+    def _send(self, kind: int, message: bytes) -> None:
+        self.line.sock.send(bytes((0x80 | kind, 0x80 | len(message), 0, 0, 0, 0)) + message)    # short, masked by zeros
 
 
 @contextlib.contextmanager
@@ -132,6 +147,8 @@ def measure(robots: int, viewers: int, seconds: float) -> str:
                 used = {name: processor_time(pid) for name, pid in pids.items()}
                 for watcher in crowd:
                     watcher.bytes = 0
+            for watcher in crowd:
+                watcher.acknowledge()
             for chosen, _ in selector.select(0.1):
                 for message in chosen.data.read():
                     now = time.monotonic()

@@ -21,38 +21,16 @@ import time
 from typing import Callable, Dict, List, Sequence
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-for folder in ("src", "test/integration", "test/browser"):
+for folder in ("src", "test/integration", "test/browser", "bench"):
     sys.path.insert(0, str(ROOT / folder))
 
 from page_driver import start_browser
 from real_time import until
+from screencast import drawn_delays, note_drawn, shown_delays
 from ways_to_die import WAYS, DrivenPage
 
 SAMPLES = 200       # keys pressed and released, and pictures drawn
 STARTS = 5
-
-# In the page: notes by the computer's clock when each frame was drawn: at the end of the first picture after it came.
-NOTE_DRAWN = """
-(() => {
-    const came = [], {get, set} = Object.getOwnPropertyDescriptor(WebSocket.prototype, "onmessage");
-    window.drawn = [];
-    Object.defineProperty(WebSocket.prototype, "onmessage", {get, set(take) {
-        set.call(this, event => {
-            if (event.data instanceof ArrayBuffer && new Uint8Array(event.data)[0] === 1) {
-                const view = new DataView(event.data);
-                if (view.getUint16(7, true) < 20) came.push(view.getUint32(3, true));   // not repeated
-            }
-            take.call(this, event);
-        });
-    }});
-    const request = window.requestAnimationFrame;
-    window.requestAnimationFrame = draw => request.call(window, time => {
-        draw(time);
-        const at = performance.timeOrigin + performance.now();
-        while (came.length) window.drawn.push([came.shift(), at]);
-    });
-})();
-"""
 
 
 def row(name: str, values: Sequence[float], limit: str) -> str:
@@ -63,16 +41,21 @@ def row(name: str, values: Sequence[float], limit: str) -> str:
 
 
 def picture(folder: pathlib.Path) -> List[str]:
-    """Measure from the arrival of a packet at the client until the page has drawn it."""
+    """Measure from the arrival of a packet at the client until the page has drawn it, and until the browser shows it.
+
+    A screencast costs more than the page, so the page's own clock is read without it, and then again beside it.
+    """
     with DrivenPage(folder) as page:
-        page.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": NOTE_DRAWN})
+        note_drawn(page.driver)
         page.drive()
-        page.driver.execute_script("window.drawn.length = 0")
-        until(lambda: page.driver.execute_script("return window.drawn.length") >= SAMPLES, "pictures")
-        offset_ms = 1000 * (time.time() - time.monotonic())
-        drawn = page.driver.execute_script("return window.drawn")
-    delays = [((at - offset_ms - stamp) % 2 ** 32) / 1000 for stamp, at in drawn]
-    return [row("packet to drawn, 1 robot, 1 viewer", delays, "25")]
+        drawn_delays(page.driver)
+        time.sleep(SAMPLES / 10)
+        alone = drawn_delays(page.driver)
+        shown = shown_delays(page.driver, SAMPLES / 10)
+        beside = drawn_delays(page.driver)
+    return [row("packet to drawn, 1 robot, 1 viewer", alone, "25"),
+            row("the same beside a screencast", beside, ""),
+            row("packet to picture of the browser, by the screencast", shown, "25")]
 
 
 def keys(folder: pathlib.Path) -> List[str]:
