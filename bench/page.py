@@ -52,7 +52,8 @@ class Watcher:
     def read(self) -> Iterator[bytes]:
         """Read what is there. Yields the messages with frames."""
         received = self.line.sock.recv(2 ** 20)
-        assert received, "the server has closed the page of a viewer"
+        if not received:
+            raise ConnectionError("the server has closed the page of a viewer")
         self._data += received
         while len(self._data) >= 2:
             length, begin = self._data[1], 2
