@@ -28,6 +28,7 @@ from page_driver import start_browser
 from real_time import until
 from screencast import drawn_delays, note_drawn, shown_delays
 from ways_to_die import WAYS, DrivenPage
+from web_site import Site
 
 SAMPLES = 200       # keys pressed and released, and pictures drawn
 STARTS = 5
@@ -112,6 +113,37 @@ def start(folder: pathlib.Path) -> List[str]:
     return [row("start of the page with a simulated robot to its first picture", found, "2000")]
 
 
+SEEK = """
+const done = arguments[1], line = document.getElementById("line"), began = performance.now();
+line.value = arguments[0];
+line.dispatchEvent(new Event("input"));
+requestAnimationFrame(() => setTimeout(() => done(performance.now() - began)));
+"""
+
+
+def replay(folder: pathlib.Path, bag: str) -> List[str]:
+    """Measure what a recorded run sends, and the time from the time line moved to the picture drawn."""
+    with Site(folder, bag, page=None) as site:
+        driver = start_browser()
+        try:
+            driver.set_script_timeout(20)
+            driver.get("%s#%s" % (site.base, site.key))
+            until(lambda: driver.execute_script("return Number(document.getElementById('line').max)"), "a recording")
+            until(lambda: driver.execute_script("return document.getElementById('clock').textContent"), "a picture")
+            length = driver.execute_script("return Number(document.getElementById('line').max)")
+            time.sleep(1.0)     # until all columns are unpacked
+            took = [driver.execute_async_script(SEEK, random.uniform(0.0, length)) / 1000 for _ in range(SAMPLES)]
+        finally:
+            driver.quit()
+    from pioneer_control.web.recorded import read_recording
+    parts = read_recording([bag], "run").parts
+    robots = len(parts) - 1
+    print("%s: %.0f s of %d robots; %.1f kB for each robot, %.1f kB for what was said" % (
+        pathlib.Path(bag).name, length, robots, sum(map(len, parts[1:])) / robots / 1000, len(parts[0]) / 1000),
+        file=sys.stderr)
+    return [row("time line moved to picture drawn", took, "50")]
+
+
 PARTS: Dict[str, Callable[..., List[str]]] = {"picture": picture, "key": keys, "start": start, "deaths": deaths}
 
 
@@ -120,13 +152,16 @@ def main(arguments: Sequence[str]) -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--times", type=int, default=10, help="how often each way to die (default: %(default)s)")
     parser.add_argument("--only", default=",".join(PARTS), help="parts, with commas: %s" % ",".join(PARTS))
+    parser.add_argument("--bag", help="also measure the replay of this recorded run")
     options = parser.parse_args(arguments)
     print("| what | times | median, ms | 95 % | worst | limit |\n|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
-        for name in options.only.split(","):
+        for name in filter(None, options.only.split(",")):
             measure = PARTS[name]
             rows = measure(pathlib.Path(folder), options.times) if measure is deaths else measure(pathlib.Path(folder))
             print("\n".join(rows), flush=True)
+        if options.bag:
+            print("\n".join(replay(pathlib.Path(folder), options.bag)))
 
 
 if __name__ == "__main__":
