@@ -32,7 +32,10 @@ MOVES = ("VEL", "RVEL", "VEL2")
 
 
 class HeardCommands:
-    """Everything that a simulated robot is told: time (monotonic, s), name and argument of each command."""
+    """Everything that a simulated robot is told: time (monotonic, s), name and argument of each command.
+
+    Of commands that come together each has a later time than the one before it, so that their order is known.
+    """
 
     def __init__(self, firmware):
         self.all = []
@@ -40,10 +43,9 @@ class HeardCommands:
         firmware.receive = self._take
 
     def _take(self, data):
-        now = time.monotonic()
         for frame in self._decoder.feed(data):
             command = decode_command(frame)
-            self.all.append((now, command.name, command.value))
+            self.all.append((time.monotonic(), command.name, command.value))
         return self._receive(data)
 
     def since(self, start):

@@ -38,8 +38,8 @@ TICK = 0.05             # s between two looks at everything that depends on time
 PATIENCE = 2.0          # s that the end of a server may take
 SERVER_SILENT = "the server of the page did not answer for a moment: connect again"
 SAID_OF: Mapping[type, str] = {
-    StopOrder: "STOP, by %s", UnlockOrder: "unlocked by %s", TakeOrder: "%s took the helm",
-    ReleaseOrder: "%s gave the helm back"}
+    StopOrder: "STOP", UnlockOrder: "unlocked", TakeOrder: "the helm was taken",
+    ReleaseOrder: "the helm was given back to programs"}
 
 
 class Told(NamedTuple):
@@ -314,7 +314,7 @@ class Owner:
         if isinstance(order, MotorsOrder):
             self._robots[order.robot].asked = person.viewer
         elif type(order) in SAID_OF:
-            sentence = SAID_OF[type(order)] % (person.name or "somebody")
+            sentence = SAID_OF[type(order)] + (", by %s" % person.name if person.name else "")
             robots = [order.robot] if isinstance(order.robot, int) else [
                 robot for robot in self._robots if self.rules.may(person, robot)]
             if len(robots) == 1:
