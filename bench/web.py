@@ -76,15 +76,15 @@ def keys(folder: pathlib.Path) -> List[str]:
             row("key released to zero on the wire", released, "20")]
 
 
-def deaths(folder: pathlib.Path, times: int) -> List[str]:
+def deaths(folder: pathlib.Path, times: int, ways: Sequence[str], lasting: float) -> List[str]:
     """Measure each way to die: the time until zero, and count velocities that came afterwards by themselves."""
     rows = []
-    for name, way in WAYS.items():
+    for name in ways:
         found = []
         for _ in range(times):
             with DrivenPage(folder) as page:
                 page.drive()
-                found.append(page.dies(way))
+                found.append(page.dies(WAYS[name], lasting))
         moved = sum(death.moves_afterwards for death in found)
         rows.append(row(name.replace("_", " "), [death.until_zero for death in found],
                         "600; %d velocities afterwards" % moved))
@@ -151,6 +151,9 @@ def main(arguments: Sequence[str]) -> None:
     """Measure, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--times", type=int, default=10, help="how often each way to die (default: %(default)s)")
+    parser.add_argument("--ways", default=",".join(WAYS), help="ways to die, with commas (default: %(default)s)")
+    parser.add_argument("--lasting", type=float, default=0.0,
+                        help="seconds for which the dead stay dead, where they come back (default: %(default)s)")
     parser.add_argument("--only", default=",".join(PARTS), help="parts, with commas: %s" % ",".join(PARTS))
     parser.add_argument("--bag", help="also measure the replay of this recorded run")
     options = parser.parse_args(arguments)
@@ -158,7 +161,8 @@ def main(arguments: Sequence[str]) -> None:
     with tempfile.TemporaryDirectory() as folder:
         for name in filter(None, options.only.split(",")):
             measure = PARTS[name]
-            rows = measure(pathlib.Path(folder), options.times) if measure is deaths else measure(pathlib.Path(folder))
+            more = (options.times, options.ways.split(","), options.lasting) if measure is deaths else ()
+            rows = measure(pathlib.Path(folder), *more)
             print("\n".join(rows), flush=True)
         if options.bag:
             print("\n".join(replay(pathlib.Path(folder), options.bag)))

@@ -31,6 +31,11 @@ PRESS_AGAIN = 2.0   # s
 NOTE_HIDDEN = """document.addEventListener("visibilitychange", () => {
     if (document.hidden) window.hiddenAt = performance.timeOrigin + performance.now();
 });"""
+PAD = """window.pad = {connected: true, axes: [0, -1], buttons: Array.from({length: 16}, () => ({pressed: false}))};
+    navigator.getGamepads = () => [window.pad];"""
+HOLD_PAD = """const done = arguments[1];
+window.pad.buttons[5].pressed = arguments[0];
+requestAnimationFrame(() => requestAnimationFrame(() => done()));"""
 RECENT = 0.15       # s: a page that drives said so not longer ago
 AFTERWARDS = 1.5    # s of the robot's time in which nothing may move by itself
 
@@ -112,6 +117,8 @@ class DrivenPage:
         self._on_exit.callback(self.cable.close)
         self.driver = start_browser()
         self._on_exit.callback(self._quit)
+        self.has_pad = False
+        """Whether the hand holds the shoulder button of a gamepad, and not a key."""
         self.browser = self._browser()
 
     def __enter__(self) -> "DrivenPage":
@@ -135,8 +142,8 @@ class DrivenPage:
         def drives() -> bool:
             nonlocal pressed
             if time.monotonic() > pressed + PRESS_AGAIN and not self._drives():
-                self.key("keyUp")
-                self.key("keyDown")
+                self.hold(False)
+                self.hold(True)
                 pressed = time.monotonic()
             return len(self.heard.moves(pressed)) > 5 and self._drives()
 
@@ -146,12 +153,10 @@ class DrivenPage:
         moves = self.heard.moves(0.0)
         return bool(moves) and self._zero_since(moves[-1]) is None
 
-    def dies(self, way: "Way") -> Death:
-        """Let something die while the page drives, and measure."""
-        if way is hidden_tab:       # opening a tab takes long, and the page drives meanwhile
-            self.driver.switch_to.new_window("tab")
-            self.show_tab(0)
-            self.driver.execute_script(NOTE_HIDDEN)
+    def dies(self, way: "Way", lasting: float = 0.0) -> Death:
+        """Let something die while the page drives, and measure. What can end, ends after ``lasting`` s."""
+        if way in BEFOREHAND:
+            BEFOREHAND[way](self)
             self._press()
         while not self.heard.moves(time.monotonic() - RECENT) or not self._drives():
             self._press()           # a late event of the browser, which has just shown this tab, let go of the key
@@ -163,6 +168,7 @@ class DrivenPage:
             hidden = self.driver.execute_script("return window.hiddenAt") / 1000
             at = max(at, hidden - (time.time() - time.monotonic()))
         if restore is not None:
+            time.sleep(lasting)
             restore()
         end = self.robot.simulation.time + AFTERWARDS
         until(lambda: self.robot.simulation.time > end, "some time of the robot")
@@ -172,6 +178,13 @@ class DrivenPage:
         """Bring a tab to the front."""
         self.driver.switch_to.window(self.driver.window_handles[number])
         self.driver.execute_cdp_cmd("Page.bringToFront", {})
+
+    def hold(self, on: bool) -> None:
+        """Hold the key or the button with which this page is driven, or let go."""
+        if self.has_pad:
+            self.driver.execute_async_script(HOLD_PAD, on)
+        else:
+            self.key("keyDown" if on else "keyUp")
 
     def key(self, kind: str) -> None:
         """Press (`keyDown`) or release (`keyUp`) the key."""
@@ -268,10 +281,15 @@ def kill_server(page: DrivenPage) -> None:
 
 
 def stop_server(page: DrivenPage) -> Callable[[], None]:
-    """SIGSTOP of the web server, and back with its queue of old orders."""
+    """SIGSTOP of the web server, and back with its queue of old orders. After a while its owner takes another one."""
     pid = page.site.server_pid()
     _signal([pid], signal.SIGSTOP)
-    return lambda: _signal([pid], signal.SIGCONT)
+
+    def go_on() -> None:
+        with contextlib.suppress(ProcessLookupError):
+            _signal([pid], signal.SIGCONT)
+
+    return go_on
 
 
 def dark_network(page: DrivenPage) -> Callable[[], None]:
@@ -287,6 +305,26 @@ def dark_network(page: DrivenPage) -> Callable[[], None]:
 def hidden_tab(page: DrivenPage) -> None:
     """Another tab comes to the front."""
     page.show_tab(1)
+
+
+def open_tab(page: DrivenPage) -> None:
+    """Open the other tab: that takes long, and the page drives meanwhile."""
+    page.driver.switch_to.new_window("tab")
+    page.show_tab(0)
+    page.driver.execute_script(NOTE_HIDDEN)
+
+
+def take_gamepad(page: DrivenPage) -> None:
+    """Drive with a gamepad, which is a stand-in: the page is told of one that is not there."""
+    page.hold(False)
+    page.driver.execute_script(PAD)
+    page.has_pad = True
+
+
+def unplug_gamepad(page: DrivenPage) -> None:
+    """The gamepad is gone, with its button held."""
+    page.driver.execute_script("pad.connected = false; navigator.getGamepads = () => [null];"
+                               "window.dispatchEvent(new Event('gamepaddisconnected'))")
 
 
 def close_page(page: DrivenPage) -> None:
@@ -306,4 +344,6 @@ def busy_page(page: DrivenPage) -> None:
 
 WAYS: Dict[str, Way] = {each.__name__: each for each in (
     release, kill_renderer, stop_renderer, kill_browser, stop_browser, kill_server, stop_server, dark_network,
-    hidden_tab, close_page, freeze_page, busy_page)}
+    hidden_tab, close_page, freeze_page, busy_page, unplug_gamepad)}
+BEFOREHAND: Dict[Way, Callable[[DrivenPage], None]] = {hidden_tab: open_tab, unplug_gamepad: take_gamepad}
+"""What has to be done before, while nothing is measured yet."""
