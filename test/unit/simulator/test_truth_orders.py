@@ -36,9 +36,9 @@ class Desk:
         """Return the answer to a line, as the program reads it."""
         return json.loads(line_of(self.orders.answer(self.orders.read(line))))
 
-    def order(self, name, **values):
+    def order(self, order, **values):
         """Give an order, and return whether it was obeyed, and the text about it."""
-        answer = self.answer(json.dumps({"id": 5, "order": name, **values}).encode())
+        answer = self.answer(json.dumps({"id": 5, "order": order, **values}).encode())
         assert sorted(answer) == ["answer", "ok", "text"] and answer["answer"] == 5
         return answer["ok"], answer["text"]
 
@@ -202,7 +202,7 @@ VALUES = st.recursive(
 
 @given(st.dictionaries(WORDS, VALUES), st.sampled_from(NAMES))
 def test_whatever_is_ordered_is_answered(values, name):
-    answer = ROBUST.answer(json.dumps({"order": name, **values}).encode())
+    answer = ROBUST.answer(json.dumps({"order": order, **values}).encode())
     assert isinstance(answer["ok"], bool) and answer["text"]
 
 

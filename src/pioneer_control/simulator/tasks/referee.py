@@ -21,6 +21,8 @@ from .task import Task
 READY, RUNNING, OVER = "ready", "running", "over"
 PERIOD_US = 100000
 """Time (microseconds) between two samples of a robot."""
+NOT_MOVED = Score(0.0, "has not moved")
+"""Score of a robot before its first motion."""
 
 
 class Attempt:
@@ -48,7 +50,7 @@ class Attempt:
     @property
     def score(self) -> Score:
         """The points that the robot has at present."""
-        return self._rule.score
+        return NOT_MOVED if self.begun_us == NEVER_US else self._rule.score
 
     def look(self, now_us: int) -> None:
         """Take a sample if one is due. Call this after each step of the robot, at its time (microseconds)."""
