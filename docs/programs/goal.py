@@ -2,8 +2,8 @@
 
     python3 goal.py socket://localhost:8101
 
-The robot steers to the goal. It does not turn to a side where something is near. When something is ahead, it turns on
-the spot, to the side that has more room, until the way is free.
+Eight sonars look to the front and to the sides. The robot drives to where one of them sees room, and of all these
+directions takes the one that is next to the direction of the goal.
 """
 
 import math
@@ -11,38 +11,37 @@ import sys
 
 from pioneer_control.client import Robot
 
-GOAL = 4.5, 0.5                 # m from the start: x ahead, y to the left
+GOAL = 4.5, 0.5                                     # m from the start: x ahead, y to the left
+ANGLES = [90, 50, 30, 10, -10, -30, -50, -90]       # degrees to the left: where the sonars 0 to 7 look
+ROOM = 0.9                                          # m: so much room a direction needs
 
 
-def room(state, *sonars):
-    """Return how far it is to the nearest thing that these sonars see (m)."""
-    return min(state.sonar[number].range for number in sonars)
+def has_room(state, sonar, way):
+    """Return whether the robot can drive where this sonar looks: nothing is near there, and nothing beside it."""
+    beside = state.sonar[max(0, sonar - 1):sonar + 2]
+    return state.sonar[sonar].range > min(ROOM, way) and min(echo.range for echo in beside) > 0.5
 
 
 with Robot(sys.argv[1]) as robot:
     robot.enable_motors()
     state = robot.wait_for_state()
-    while None in state.sonar:                          # until each sonar has measured once
+    while None in state.sonar:                      # until each sonar has measured once
         state = robot.wait_for_state()
 
-    distance = 1
-    while distance > 0.1:
+    way = 1
+    while way > 0.1:
         state = robot.wait_for_state()
-        distance = math.hypot(GOAL[0] - state.x, GOAL[1] - state.y)
+        way = math.hypot(GOAL[0] - state.x, GOAL[1] - state.y)
         direction = math.atan2(GOAL[1] - state.y, GOAL[0] - state.x)
         turn = math.remainder(direction - state.heading, 2 * math.pi)
-        left = room(state, 0, 1, 15)                    # the sonars count from the left, clockwise: 0 looks to the
-        right = room(state, 6, 7, 8)                    # left, 3 and 4 ahead, 7 to the right, 11 and 12 back
-        ahead = room(state, 2, 3, 4, 5)
 
-        speed = min(0.4, 0.05 + 0.5 * distance)
-        if ahead < 0.5:                                 # something is in the way
+        free = [math.radians(ANGLES[sonar]) for sonar in range(8) if has_room(state, sonar, way)]
+        if free:
+            turn = min(free, key=lambda angle: abs(angle - turn))
+        ahead = min(state.sonar[3].range, state.sonar[4].range)
+        speed = min(0.4, 0.05 + 0.5 * way, max(0, ahead - 0.35))
+        if not free or abs(turn) > 1:               # no way ahead: turn on the spot
             speed = 0
-            turn = 0.6 if room(state, 0, 1, 2, 3) > room(state, 4, 5, 6, 7) else -0.6
-        elif left < 0.4:                                # something is on the left
-            turn = min(turn, left - 0.35)
-        elif right < 0.4:
-            turn = max(turn, 0.35 - right)
-        robot.set_velocity(speed, max(-0.6, min(0.6, turn)))
+        robot.set_velocity(speed, max(-0.8, min(0.8, turn)))
     robot.stop()
     print("I am at the goal")
