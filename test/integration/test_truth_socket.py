@@ -67,10 +67,10 @@ class Page:
             if "answer" in message:
                 return message
 
-    def order(self, name, **values):
+    def order(self, order, **values):
         """Give an order. Return whether it was obeyed, and the text about it."""
         self.orders += 1
-        answer = self.answer(json.dumps({"id": self.orders, "order": name, **values}).encode())
+        answer = self.answer(json.dumps({"id": self.orders, "order": order, **values}).encode())
         assert answer["answer"] == self.orders
         return answer["ok"], answer["text"]
 
