@@ -39,7 +39,7 @@ with Robot(sys.argv[1]) as robot:
         if free:
             turn = min(free, key=lambda angle: abs(angle - turn))
         ahead = min(state.sonar[3].range, state.sonar[4].range)
-        speed = min(0.4, 0.05 + 0.5 * way, max(0, ahead - 0.35))
+        speed = min(0.4, 0.1 + 0.5 * way, max(0, ahead - 0.35))
         if not free or abs(turn) > 1:               # no way ahead: turn on the spot
             speed = 0
         robot.set_velocity(speed, max(-0.8, min(0.8, turn)))

@@ -17,14 +17,15 @@ QUARTER = math.pi / 2           # rad: a quarter of a turn
 
 def room_ahead(state):
     """Return how far it is to the nearest thing ahead (m)."""
-    return min(state.sonar[number].range for number in (2, 3, 4, 5))
+    return min(state.sonar[3].range, state.sonar[4].range)
 
 
 def turn_to(robot, heading):
     """Turn on the spot until the robot looks along this heading (rad)."""
     error = 1
     while abs(error) > 0.02:
-        error = math.remainder(heading - robot.wait_for_state().heading, 2 * math.pi)
+        state = robot.wait_for_state()
+        error = math.remainder(heading - state.heading, 2 * math.pi)
         robot.set_velocity(0, max(-1, min(1, 2 * error)))
     robot.stop()
 
@@ -38,7 +39,7 @@ def drive_ahead(robot, heading, way):
         driven = math.hypot(state.x - begin.x, state.y - begin.y)
         left = min(way - driven, room_ahead(state) - NEAR)
         error = math.remainder(heading - state.heading, 2 * math.pi)
-        robot.set_velocity(min(0.5, 0.05 + 0.5 * left), error)
+        robot.set_velocity(min(0.5, 0.1 + 0.5 * left), error)
     robot.stop()
 
 
