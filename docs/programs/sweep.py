@@ -10,8 +10,8 @@ import sys
 
 from pioneer_control.client import Robot
 
-ROW = 0.44                      # m: from one row to the next
-NEAR = 0.26                     # m: so near to a wall the robot can still turn
+ROW = 0.45                      # m: from one row to the next
+NEAR = 0.27                     # m: so near to a wall the robot can still turn
 QUARTER = math.pi / 2           # rad: a quarter of a turn
 
 
