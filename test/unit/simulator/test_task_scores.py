@@ -12,8 +12,8 @@ from pioneer_control.simulator.world.world import MarkedPlace
 
 RATES = Rates(limit_s=100.0, quick_s=50.0, time_points=10.0, contact_points=5.0)
 WALLS = [(-1.0, -1.0, 3.0, -1.0), (3.0, -1.0, 3.0, 3.0), (3.0, 3.0, -1.0, 3.0), (-1.0, 3.0, -1.0, -1.0)]
-CORNERS = [MarkedPlace(name, x, y, (0.3,)) for name, x, y in (("1", 2.0, 0.0), ("2", 2.0, 2.0), ("3", 0.0, 2.0),
-                                                             ("4", 0.0, 0.0))]
+CORNERS = [MarkedPlace(name, x, y, (0.3,))
+           for name, x, y in (("1", 2.0, 0.0), ("2", 2.0, 2.0), ("3", 0.0, 2.0), ("4", 0.0, 0.0))]
 
 
 def arena(places=(), cans=(), walls=()):
@@ -85,7 +85,8 @@ def test_half_a_square_is_half_the_points():
 
 
 def test_crooked_lines_cost_points():
-    bent = [(0.0, 0.0), (1.0, -0.4), (2.0, 0.0), (2.4, 1.0), (2.0, 2.0), (1.0, 2.4), (0.0, 2.0), (-0.4, 1.0), (0.0, 0.0)]
+    bent = [(0.0, 0.0), (1.0, -0.4), (2.0, 0.0), (2.4, 1.0), (2.0, 2.0), (1.0, 2.4), (0.0, 2.0), (-0.4, 1.0),
+            (0.0, 0.0)]
     score = drive(marks(), bent).score
     assert score.note.startswith("4 of 4 marks, 20 cm beside") and score.points == pytest.approx(94.0, abs=0.2)
 
