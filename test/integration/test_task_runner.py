@@ -74,7 +74,7 @@ def test_the_same_program_gets_the_same_points_three_times(run, written):
 
 
 def test_what_differs_is_said(capfd):
-    assert runner.report([runner.Run(runner.Score(1.0, "a"), ""), runner.Run(runner.Score(1.0, "b"), "")]) == 1
+    assert runner.report([runner.TaskRun(runner.Score(1.0, "a"), ""), runner.TaskRun(runner.Score(1.0, "b"), "")]) == 1
     assert capfd.readouterr().out == "the runs did not give the same points\n"
 
 
@@ -102,7 +102,8 @@ def test_a_program_that_fails(run, written, text, problem):
 
 def test_a_program_that_waits_for_something_else(written, monkeypatch):
     monkeypatch.setattr(runner, "CONNECTS_WITHIN", 0.2)
-    assert "has never connected" in runner.attempt(short("square", 5.0), written("import time; time.sleep(60)"), 0).problem
+    run = runner.attempt(short("square", 5.0), written("import time; time.sleep(60)"), 0)
+    assert "has never connected" in run.problem
 
 
 def test_a_program_that_answers_late(written, monkeypatch):

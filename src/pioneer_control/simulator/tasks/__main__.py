@@ -41,7 +41,7 @@ LOOK = 0.02
 ROOT = Path(__file__).resolve().parents[3]
 
 
-class Run(NamedTuple):
+class TaskRun(NamedTuple):
     """What came of one run: the points, and what went wrong (empty if nothing did)."""
 
     score: Score
@@ -95,7 +95,7 @@ def chosen(name: Optional[str], tasks: List[Task]) -> Task:
     return known[name]
 
 
-def one_run(task: Task, options: argparse.Namespace, number: int) -> Run:
+def one_run(task: Task, options: argparse.Namespace, number: int) -> TaskRun:
     """Run the program once, print its points, and return them."""
     run = attempt(task, options.program, options.seed, options.real_time)
     print("run %d: %g points: %s" % (number, *run.score), flush=True)
@@ -104,7 +104,7 @@ def one_run(task: Task, options: argparse.Namespace, number: int) -> Run:
     return run
 
 
-def report(runs: List[Run]) -> int:
+def report(runs: List[TaskRun]) -> int:
     """Print whether all runs gave the same points, and return the exit code."""
     same = len({run.score for run in runs}) == 1
     if len(runs) > 1:
@@ -112,7 +112,7 @@ def report(runs: List[Run]) -> int:
     return 0 if same and not any(run.problem for run in runs) else 1
 
 
-def attempt(task: Task, program: str, seed: int, real_time: bool = False) -> Run:
+def attempt(task: Task, program: str, seed: int, real_time: bool = False) -> TaskRun:
     """Let a program do a task once, with a robot of its own, which is new.
 
     Args:
@@ -135,7 +135,7 @@ def attempt(task: Task, program: str, seed: int, real_time: bool = False) -> Run
             if not problem and server.pace.late_answers:
                 problem = ("the program has answered too late, %d times: another run may give other points"
                            % server.pace.late_answers)
-            return Run(referee.contest.scores[0], problem)
+            return TaskRun(referee.contest.scores[0], problem)
 
 
 def watched(child: "subprocess.Popen[bytes]", server: Server, referee: Referee) -> str:
