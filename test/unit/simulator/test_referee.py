@@ -177,6 +177,18 @@ def test_ended_by_somebody_and_begun_again():
     assert school.state == "running" and school.scores == [[0.0, "has not moved"]] * 3
 
 
+def test_the_last_moment_counts():
+    """Also when the last sample is not due at the end."""
+    school = Class().begin()
+    school.send(1, "VEL", 300)
+    school.wait(1.03)
+    x, y = school.referee.ground.offsets[0]
+    school.referee.carrier.put(1, (x + 1.5, y, 0.0))
+    assert school.scores[0][0] < 50.0
+    school.referee.end()
+    assert school.scores[0] == [100.0, "at the hut, 1.0 s"]
+
+
 def test_contacts_count_also_when_a_robot_was_carried_back_meanwhile():
     school = Class().begin()
     for count in (1, 2):

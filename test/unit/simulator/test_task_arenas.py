@@ -41,6 +41,7 @@ def test_a_task_is_read(folder):
     ("arenas/hut.yaml", HUT, "", WorldError, "arena hut: its rule needs a place"),
     ("arenas/hut.yaml", "starts", "begins", WorldError, "hut.yaml, line 3: a world has no 'begins'"),
     ("tasks.yaml", "hut:", "hat:", WorldError, "hat.yaml does not exist"),
+    ("tasks.yaml", "quick_s: 20", "quick_s: 60", ParameterError, "task hut: quick_s 60 is not legal: give less than"),
     ("tasks.yaml", "}}", "", ParameterError, "does not parse"),
 ])
 def test_a_task_that_is_not_legal(folder, file, old, new, error, problem):

@@ -110,9 +110,9 @@ def test_the_way_counts_and_not_the_distance():
     assert drive(rule, [(1.0, 2.5), (2.0, 2.0), (2.0, 0.0)]).score.points == 100.0
 
 
-def test_a_robot_that_stands_close_to_a_wall_is_still_scored():
+def test_a_robot_close_to_a_wall_or_carried_out_of_the_arena_is_still_scored():
     rule = reach()
-    for place in ((-1.0, -1.0), (3.0, 3.0)):
+    for place in ((-1.0, -1.0), (3.0, 3.0), (-50.0, 1.0), (1.0, 500.0)):
         rule.take(Sample(1.0, *place))
     assert rule.score.points == 0.0
 
@@ -165,6 +165,8 @@ def test_cans_in_the_dock():
 
 @pytest.mark.parametrize("make, problem", [
     (lambda: marks([]), "its rule needs a place"),
+    (lambda: marks([CORNERS[0], CORNERS[0]]), "a mark is at the same place as the one before it"),
+    (lambda: marks([CORNERS[3]]), "a mark is at the same place as the one before it"),
     (lambda: Reach(arena(), RATES, 0.5), "its rule needs a place"),
     (lambda: BringCans(arena(), RATES), "its rule needs a place"),
     (lambda: BringCans(arena(CORNERS), RATES), "its rule needs cans"),

@@ -10,11 +10,11 @@ from pioneer_control.robots import find_model
 from pioneer_control.simulator.line import LineSimulation
 from pioneer_control.simulator.line.pace import Pace
 from pioneer_control.simulator.simulation import simulate
-from pioneer_control.simulator.tasks import Referee
+from pioneer_control.simulator.tasks import Grounds, Referee, load_tasks
 from pioneer_control.simulator.truth import service, visit
 from pioneer_control.simulator.truth.orders import Orders
 from pioneer_control.simulator.truth.state import line_of, truth_of, world_of
-from pioneer_control.simulator.world import load_world
+from pioneer_control.simulator.world import World, load_world
 
 TEXT = (pathlib.Path(__file__).resolve().parents[3] / "docs" / "simulator.md").read_text(encoding="utf-8")
 
@@ -46,6 +46,14 @@ def test_everything_in_the_world_has_its_row(scene):
 
 def test_everything_in_the_truth_has_its_row(scene):
     assert names(row[0] for row in rows("in `truth`")) == list(truth_of(*scene[:4])["truth"])
+
+
+def test_everything_in_a_task_has_its_row():
+    base = World("hall")
+    grounds = Grounds(base, base.starts, load_tasks())
+    referee = Referee(simulate(grounds.world, find_model("p3dx-sh"), 1, None, 0), grounds)
+    referee.choose("square")
+    assert names(row[0] for row in rows("in `task`")) == list(referee.told)
 
 
 def order_row(name, kind):

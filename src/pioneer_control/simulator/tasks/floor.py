@@ -45,8 +45,9 @@ class Floor:
             raise WorldError("arena %s: a robot cannot move away from the start" % arena.name)
 
     def cell(self, x: float, y: float) -> Tuple[int, int]:
-        """Return row and column of the grid point next to the point (x, y) (m). It must not be outside the grid."""
-        return round((y - float(self.y[0])) / STEP), round((x - float(self.x[0])) / STEP)
+        """Return row and column of the grid point next to the point (x, y) (m), which may lie outside the grid."""
+        row, column = round((y - float(self.y[0])) / STEP), round((x - float(self.x[0])) / STEP)
+        return min(max(row, 0), len(self.y) - 1), min(max(column, 0), len(self.x) - 1)
 
     def near(self, x: float, y: float, reach: float) -> "np.ndarray[Any, Any]":
         """Return a boolean array (rows, columns): whether a point is not farther than `reach` (m) from (x, y) (m)."""

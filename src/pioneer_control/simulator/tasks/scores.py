@@ -134,6 +134,8 @@ class Marks(Rule):
         self._straight_share, self._crooked_m = straight_share, crooked_m
         self._corners = [arena.starts[0][:2], *((place.x, place.y) for place in arena.places)]
         self._reached, self._aside, self._samples = 0, 0.0, 0
+        if any(begin == end for begin, end in zip(self._corners, self._corners[1:])):
+            raise WorldError("arena %s: a mark is at the same place as the one before it" % arena.name)
 
     def _look(self, sample: Sample) -> None:
         sides = list(zip(self._corners, self._corners[1:]))[max(0, self._reached - 1):self._reached + 1]

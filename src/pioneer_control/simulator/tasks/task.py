@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any, Dict, List, Mapping, NamedTuple
 
-from ...errors import WorldError
+from ...errors import ParameterError, WorldError
 from ..world import World, load_world
 from ..world.yaml_nodes import read_values
 from .scores import RULES, Rates, Rule
@@ -49,7 +49,7 @@ def load_tasks(folder: Path = HERE) -> List[Task]:
         folder: where the table ``tasks.yaml`` is, and ``arenas/NAME.yaml`` for each task.
 
     Raises:
-        ParameterError: the table cannot be read.
+        ParameterError: the table cannot be read, or a time in it is not legal.
         WorldError: an arena cannot be read, is too large, or has not what the rule of its task needs.
     """
     return [_task(name, folder, **entry) for name, entry in read_values(str(folder / "tasks.yaml")).items()]
@@ -62,5 +62,7 @@ def _task(name: str, folder: Path, title: str, text: str, rule: Dict[str, Any], 
         raise WorldError("arena %s: it must not be larger than %g by %g m, and have one start" % (
             name, LARGEST, LARGEST))
     task = Task(name, title, text, Rates(**rates), rule, arena)
+    if not 0.0 <= task.rates.quick_s < task.rates.limit_s:
+        raise ParameterError("task %s: quick_s %g is not legal: give less than limit_s" % (name, task.rates.quick_s))
     task.begin()
     return task
