@@ -157,5 +157,5 @@ def test_an_ordinary_robot_does_not_mind_the_marks():
 
 @pytest.mark.parametrize("options", [{"robots": 2}, {"pty": "/nowhere/robot"}])
 def test_lockstep_is_for_one_robot_on_tcp(options):
-    with pytest.raises(ParameterError, match="lockstep is for one robot on a TCP port"):
+    with pytest.raises(ParameterError, match="lockstep is for one simulated robot on a TCP port"):
         served(lockstep=1.0, **options)

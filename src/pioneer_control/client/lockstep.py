@@ -12,7 +12,7 @@ PULSE, which every robot understands. So it does no harm where nobody waits for 
 Time-outs of the real time would differ from run to run. So the session of a connected robot has a time of its own. It
 begins at 0 with the first state, and each SIP sets it forward by one cycle of the robot. All that acts on the robot
 counts in this time: the dead man, repeated commands, the requests for the motors. There are no signs of life by the
-clock.
+clock. Only a simulator that hangs is noticed by real time.
 
 The connection ends at once: STOP, motors off and CLOSE are sent in one piece. The simulated time stands meanwhile.
 """
@@ -25,6 +25,7 @@ from .link import Failed, Learned, Left, Link, Outcome, Phase, Recognised
 from .phases import PULSE, TRANSITIONS, Closing, Connected, Finished, Opening, Synced
 
 MARK = PULSE
+LONGEST_CYCLE = 10.0    # s of real time: a simulator that takes longer for one cycle hangs
 DIGITS = 6              # behind the point of the time (s): sums of cycles stay round numbers
 
 

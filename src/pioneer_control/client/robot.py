@@ -14,6 +14,7 @@ from ..port_url import split_key
 from .data_requests import DATA
 from .gripper import gripper_packets
 from .identity import RobotIdentity
+from .lockstep import LONGEST_CYCLE
 from .settings import Settings
 from .state import RobotState
 from .tcp import is_lockstep
@@ -160,9 +161,12 @@ class Robot:
     def wait_for_state(self, timeout: float = 1.0) -> RobotState:
         """Wait for the next state, and return it. Raises LinkLostError when no state comes within ``timeout`` s.
 
-        In lockstep this ends the program's turn: no simulated time passes before.
+        In lockstep this ends the program's turn: no simulated time passes before. ``timeout`` is 10 s at least, so that
+        a slow computer makes no difference.
         """
         link = self._link
+        if is_lockstep(self.url):
+            timeout = max(timeout, LONGEST_CYCLE)
         with link.changed:
             before = link.state
             link.end_turn()

@@ -99,9 +99,10 @@ class Server:
     ):
         now_us = robots.clock.now_us
         pace = Pace(speed, now_us) if lockstep is None else Lockstep(lockstep, speed, now_us)
-        if lockstep is not None and (len(robots.robots) != 1 or pty is not None):
-            raise ParameterError("lockstep is for one robot on a TCP port: leave out the other robots and the"
-                                 " pseudo-terminals")
+        alone = len(robots.robots) == 1 and isinstance(robots.robots[0], Firmware) and pty is None
+        if lockstep is not None and not alone:
+            raise ParameterError("lockstep is for one simulated robot on a TCP port: leave out other robots, records"
+                                 " and pseudo-terminals")
         if tcp is None and pty is None:
             tcp = STANDARD_PORT
         self.lock = threading.RLock()
