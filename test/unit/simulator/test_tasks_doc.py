@@ -61,6 +61,13 @@ def test_the_times_for_all_points():
     assert numbers(told) == [task.rates.quick_s for task in TASKS]
 
 
+def test_the_points_are_those_that_were_measured():
+    measured = (DOCS.parent / "bench" / "tasks.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (\w+) \| [0-9.to ]+ \| [0-9.to ]+ \|$", measured, re.MULTILINE)
+    assert rows == [task.name for task in TASKS]
+    assert measured.split("\n\n")[2] in TEXT
+
+
 def test_programs_know_where_things_are():
     arenas = {task.name: task.arena for task in TASKS}
     places = {name: [(place.x, place.y) for place in arena.places] for name, arena in arenas.items()}
