@@ -59,6 +59,8 @@ class Truth:
     def receive(self, data: bytes) -> List[Tuple[str, Any]]:
         """Take bytes of the simulator. Returns the texts that changed: kind and value.
 
+        "tasks" is a list of name and title of all tasks. In "task" all robots of the page are ranked, without names.
+
         Raises:
             ValueError, TypeError, LookupError: this is not what a simulator says.
         """
@@ -69,7 +71,7 @@ class Truth:
         for line in lines:
             message = json.loads(line.decode())
             if "world" in message:
-                found["world"] = self._take_world(message["world"])
+                found.update(self._take_world(message["world"]))
             elif "truth" in message:
                 found.update(self._take_truth(message["truth"]))
             elif "answer" in message:
@@ -82,18 +84,31 @@ class Truth:
     def _take_world(self, world: Mapping[str, Any]) -> Dict[str, Any]:
         ports = [(robot["url"] or "").rpartition(":")[2] for robot in world["robots"]]
         self._robots = [self._numbers.get(int(port)) if port else None for port in ports]
-        shown = {name: world[name] for name in ("name", "bounds", "walls", "boxes", "posts")}
-        return dict(shown, can={"radius": world["cans"][0][0]}) if world["cans"] else shown
+        shown = {name: world[name] for name in ("name", "bounds", "walls", "boxes", "posts", "places")}
+        can = {"can": {"radius": world["cans"][0][0]}} if world["cans"] else {}
+        tasks = {"tasks": world["tasks"]} if "tasks" in world else {}
+        return {"world": {**shown, **can}, **tasks}
 
     def _take_truth(self, truth: Mapping[str, Any]) -> Dict[str, Any]:
         time = {"time": {"paused": truth["paused"], "speed": truth["speed"]}} if "paused" in truth else {}
         faults = {"faults": truth["faults"]} if "faults" in truth else {}
+        task = {"task": self._task_of(truth["task"])} if "task" in truth else {}
         return {
-            **time, **faults,
+            **time, **faults, **task,
             "origins": {str(number): origin_of(origin, self._base(number))
                         for number, origin in zip(self._robots, truth["origins"]) if number is not None},
-            "cans": [[x, y, lifted] for x, y, lifted, *_ in truth["cans"]],
+            "cans": [[round(each, 3) for each in can[:3]] for can in truth["cans"]],
         }
+
+    def _task_of(self, task: Optional[Mapping[str, Any]]) -> Optional[Dict[str, Any]]:
+        """Return the task with its ranking, best first."""
+        if task is None:
+            return None
+        ranking = [{"robot": number, "who": "", "points": points, "note": note}
+                   for number, (points, note) in zip(self._robots, task["scores"]) if number is not None]
+        ranking.sort(key=lambda entry: (-entry["points"], entry["robot"]))
+        shown = {name: task[name] for name in ("name", "title", "text", "state", "clock", "limit")}
+        return {**shown, "ranking": ranking}
 
 
 class TruthLine:
