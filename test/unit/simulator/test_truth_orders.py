@@ -12,6 +12,7 @@ from pioneer_control.robots import find_model
 from pioneer_control.simulator.line import LineSimulation
 from pioneer_control.simulator.line.pace import Pace
 from pioneer_control.simulator.simulation import Simulation
+from pioneer_control.simulator.tasks import Referee
 from pioneer_control.simulator.truth.orders import LONGEST_WORDS, MOST_FAULTS, TOO_LONG, Orders
 from pioneer_control.simulator.truth.state import line_of
 from pioneer_control.simulator.world import Can, World
@@ -29,7 +30,7 @@ class Desk:
         for _ in STARTS:
             self.simulation.add(find_model("p3dx-sh")).receive(OPEN)
         self.lines, self.pace = LineSimulation(self.simulation), Pace(1.0, 0)
-        self.orders = Orders(self.simulation, self.lines, self.pace)
+        self.orders = Orders(self.simulation, self.lines, self.pace, Referee(self.simulation))
 
     def answer(self, line):
         """Return the answer to a line, as the program reads it."""
@@ -112,7 +113,7 @@ def test_faults_are_not_too_many(desk):
 
 @pytest.mark.parametrize("name, values, text", [
     ("puase", {}, 'no order "puase"; did you mean \'pause\'? there are pause, go_on, speed, reset, put, stop_button,'
-                  " add_fault, clear_faults"),
+                  " add_fault, clear_faults, task, begin_task, end_task"),
     (None, {}, "no order null; there are pause, "),
     (["pause"], {}, 'no order ["pause"]; there are pause, '),
     ("pause", {"now": 1}, 'pause has no "now"; there are id, order'),
