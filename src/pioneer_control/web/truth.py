@@ -97,7 +97,7 @@ class Truth:
             **time, **faults, **task,
             "origins": {str(number): origin_of(origin, self._base(number))
                         for number, origin in zip(self._robots, truth["origins"]) if number is not None},
-            "cans": [[round(each, 3) for each in can[:3]] for can in truth["cans"]],
+            "cans": [[round(each, 2) for each in can[:3]] for can in truth["cans"]],
         }
 
     def _task_of(self, task: Optional[Mapping[str, Any]]) -> Optional[Dict[str, Any]]:
