@@ -63,7 +63,7 @@ class TaskBoard:
 
     def _first(self, task: Mapping[str, Any]) -> str:
         """Return the best of a ranking in words."""
-        return ", ".join("%d. %s %.1f" % (place, entry["who"] or "robot %d" % entry["robot"], entry["points"])
+        return ", ".join("%d. %s (%.1f)" % (place, entry["who"] or "robot %d" % entry["robot"], entry["points"])
                          for place, entry in enumerate(self._ranking(task)[:NAMED_AT_THE_END], 1))
 
 

@@ -66,14 +66,14 @@ def test_the_terminal_says_when_a_task_begins_and_who_was_best(pages):
                           ("over", (5, 80.25, 99, 7, 6.5)), ("over", (5, 80.25, 99, 7, 6.5))):
         pages.board.text("task", task(state, *points))
     assert pages.sentences == ["the task square begins, for 120 s: Do it",
-                               "the task square has ended: 1. Bob 80.2, 2. Cleo 7.0, 3. Dan 6.5"]
+                               "the task square has ended: 1. Bob (80.2), 2. Cleo (7.0), 3. Dan (6.5)"]
 
 
 @pytest.mark.parametrize("then", [None, task("ready", 0.0, name="maze")])
 def test_a_task_that_is_taken_away_has_ended(pages, then):
     pages.board.text("task", task("running", 3.0))
     pages.board.text("task", then)
-    assert pages.sentences[1:] == ["the task square has ended: 1. robot 1 3.0"]
+    assert pages.sentences[1:] == ["the task square has ended: 1. robot 1 (3.0)"]
     pages.board.text("task", task("running", 0.0, name="maze"))
     assert pages.sentences[2:] == ["the task maze begins, for 120 s: Do it"]
 
