@@ -16,7 +16,7 @@ GAP = 1.0
 """Least distance (m) between two arenas. The corners of the copies are at whole metres from the arena's own."""
 
 
-class Stage(NamedTuple):
+class Ground(NamedTuple):
     """The part of the world that is in use: the base world, or all copies of one arena.
 
     Attributes:
@@ -42,24 +42,24 @@ class Grounds:
 
     Attributes:
         tasks: the tasks, by name, in their order.
-        stages: the base world (by the name "") and the copies of the arena of each task, by its name.
+        parts: the base world (by the name "") and the copies of the arena of each task, by its name.
     """
 
     def __init__(self, base: World, starts: Sequence[Pose], tasks: Sequence[Task] = ()):
         self.tasks: Dict[str, Task] = {task.name: task for task in tasks}
-        self.stages: Dict[str, Stage] = {"": Stage(base, starts, homes_of(base.cans))}
+        self.parts: Dict[str, Ground] = {"": Ground(base, starts, homes_of(base.cans))}
         corner_x, corner_y = base.bounds[2] + GAP, base.bounds[1]
         for task in tasks:
-            stage = self.stages[task.name] = _copies(task.arena, len(starts), corner_x, corner_y)
-            corner_x = stage.floor.bounds[2] + GAP
+            ground = self.parts[task.name] = _copies(task.arena, len(starts), corner_x, corner_y)
+            corner_x = ground.floor.bounds[2] + GAP
         self.world = base
-        """All stages in one world, with the cans of the base world."""
+        """All parts in one world, with the cans of the base world."""
         if tasks:
-            self.world = _joined(base, starts, [stage.floor for stage in self.stages.values()])
+            self.world = _joined(base, starts, [ground.floor for ground in self.parts.values()])
             self.world.cans = list(base.cans)
 
 
-def _copies(arena: World, count: int, corner_x: float, corner_y: float) -> Stage:
+def _copies(arena: World, count: int, corner_x: float, corner_y: float) -> Ground:
     """Return `count` copies of an arena in rows, to the right of and above a corner (m, map frame)."""
     low_x, low_y, high_x, high_y = arena.bounds
     columns = math.ceil(math.sqrt(count))
@@ -70,7 +70,7 @@ def _copies(arena: World, count: int, corner_x: float, corner_y: float) -> Stage
     moved = [_moved(arena, *offset) for offset in offsets]
     starts = [pose for copy in moved for pose in copy.starts]
     floor = _joined(arena, starts, moved)
-    return Stage(floor, starts, homes_of(floor.cans), offsets)
+    return Ground(floor, starts, homes_of(floor.cans), offsets)
 
 
 def _moved(world: World, right: float, up: float) -> World:

@@ -15,10 +15,7 @@ from ..world.world import MarkedPlace
 STEP = 0.1
 """Distance (m) between two points of the grid."""
 ROOM = 0.25
-"""Least distance (m) of the middle of a robot from any wall or post: half the width of a Pioneer, and a little more.
-
-A robot covers all points up to this distance from its middle.
-"""
+"""Least distance (m) of the middle of a robot from any wall or post: half the width of a Pioneer, and a little more."""
 STEPS = [(up, right, STEP * math.sqrt(up * up + right * right))
          for up in (-1, 0, 1) for right in (-1, 0, 1) if up or right]
 
@@ -51,17 +48,18 @@ class Floor:
         """Return row and column of the grid point next to the point (x, y) (m). It must not be outside the grid."""
         return round((y - float(self.y[0])) / STEP), round((x - float(self.x[0])) / STEP)
 
-    def near(self, x: float, y: float) -> "np.ndarray[Any, Any]":
-        """Return a boolean array (rows, columns): whether a robot with its middle at (x, y) (m) covers a point."""
-        near: "np.ndarray[Any, Any]" = np.square(self.x - x) + np.square(self.y - y)[:, None] <= ROOM * ROOM + 1e-9
+    def near(self, x: float, y: float, reach: float) -> "np.ndarray[Any, Any]":
+        """Return a boolean array (rows, columns): whether a point is not farther than `reach` (m) from (x, y) (m)."""
+        near: "np.ndarray[Any, Any]" = np.square(self.x - x) + np.square(self.y - y)[:, None] <= reach * reach
         return near
 
-    def coverable(self) -> Array:
-        """Return a boolean array (rows, columns): whether a robot can get to where it covers a point."""
-        covered = np.zeros_like(self.reachable)
+    def near_reachable(self, reach: float) -> Array:
+        """Return a boolean array (rows, columns): whether a point is not farther than `reach` (m) from a reachable one.
+        """
+        found = np.zeros_like(self.reachable)
         for row, column in zip(*np.nonzero(self.reachable)):
-            covered |= self.near(float(self.x[column]), float(self.y[row]))
-        return covered
+            found |= self.near(float(self.x[column]), float(self.y[row]), reach)
+        return found
 
     def ways_to(self, place: MarkedPlace) -> Array:
         """Return the lengths (m) of the ways from all points to a place, as an array (rows, columns).

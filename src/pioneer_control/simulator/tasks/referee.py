@@ -14,13 +14,15 @@ from ..firmware import Firmware
 from ..simulation import Simulation
 from ..world import Can
 from ..world.poses import Point
-from .arena import Grounds, Stage
+from .arena import Ground, Grounds
 from .scores import Sample, Score
 from .task import Task
 
 READY, RUNNING, OVER = "ready", "running", "over"
 PERIOD_US = 100000
 """Time (microseconds) between two samples of a robot."""
+NOT_MOVED = Score(0.0, "has not moved")
+"""Score of a robot before its first motion."""
 
 
 class Attempt:
@@ -48,7 +50,7 @@ class Attempt:
     @property
     def score(self) -> Score:
         """The points that the robot has at present."""
-        return self._rule.score
+        return NOT_MOVED if self.begun_us == NEVER_US else self._rule.score
 
     def look(self, now_us: int) -> None:
         """Take a sample if one is due. Call this after each step of the robot, at its time (microseconds)."""
@@ -75,7 +77,7 @@ class Contest:
 
     Args:
         task: the task.
-        stage: the copies of its arena.
+        ground: the copies of its arena.
         robots: the robots. They stand at their starts.
 
     Attributes:
@@ -83,12 +85,12 @@ class Contest:
         state: `READY`, `RUNNING` or `OVER`.
     """
 
-    def __init__(self, task: Task, stage: Stage, robots: Sequence[Firmware]):
+    def __init__(self, task: Task, ground: Ground, robots: Sequence[Firmware]):
         self.task, self._limit_us = task, round(task.rates.limit_s * 1e6)
         each = len(task.arena.cans)
         self._attempts = [
-            Attempt(task, robot, [can for can, _, _ in stage.cans[number * each:(number + 1) * each]], offset)
-            for number, (robot, offset) in enumerate(zip(robots, stage.offsets))]
+            Attempt(task, robot, [can for can, _, _ in ground.cans[number * each:(number + 1) * each]], offset)
+            for number, (robot, offset) in enumerate(zip(robots, ground.offsets))]
         self._clock_us, self._begun_us = 0, NEVER_US
         self.state = READY
 
@@ -133,15 +135,15 @@ class Referee:
         grounds: the base world and the arenas. If None, there are no tasks.
 
     Attributes:
-        carrier: carries robots and cans in the stage that is in use.
-        stage: the stage that is in use.
+        carrier: carries robots and cans in the part of the world that is in use.
+        ground: the part of the world that is in use.
     """
 
     def __init__(self, simulation: Simulation, grounds: Optional[Grounds] = None):
         self.carrier = Carrier(simulation)
         self._simulation = simulation
         self._grounds = Grounds(simulation.world, self.carrier.starts) if grounds is None else grounds
-        self.stage = self._grounds.stages[""]
+        self.ground = self._grounds.parts[""]
         self._contest: Optional[Contest] = None
         if self._grounds.tasks:
             simulation.on_step = self._look
@@ -168,13 +170,13 @@ class Referee:
         Raises:
             ParameterError: there is no such task. Nothing has changed.
         """
-        if name not in self._grounds.stages:
+        if name not in self._grounds.parts:
             near = nearest(name, self._grounds.tasks)
             raise ParameterError("no task %r; %s%s" % (name, "did you mean %r? " % near if near else "", self._known))
-        self.stage = self._grounds.stages[name]
-        self.carrier.settle(self.stage.starts, self.stage.cans)
+        self.ground = self._grounds.parts[name]
+        self.carrier.settle(self.ground.starts, self.ground.cans)
         self._contest = self._new_contest(self._grounds.tasks[name]) if name else None
-        return "the task %s is ready" % name if name else "all robots are back in %s" % self.stage.floor.name
+        return "the task %s is ready" % name if name else "all robots are back in %s" % self.ground.floor.name
 
     def begin(self) -> str:
         """Carry all robots and cans to their starts again, and begin the chosen task. Returns a sentence for people.
@@ -208,7 +210,7 @@ class Referee:
         return self._contest
 
     def _new_contest(self, task: Task) -> Contest:
-        return Contest(task, self.stage, self._simulation.robots)
+        return Contest(task, self.ground, self._simulation.robots)
 
     @property
     def _known(self) -> str:

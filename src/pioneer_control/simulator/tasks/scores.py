@@ -13,7 +13,7 @@ from ..world import World
 from ..world.geometry import Array
 from ..world.poses import Point, hypot
 from ..world.world import MarkedPlace
-from .floor import Floor
+from .floor import ROOM, Floor
 
 MOST = 100.0
 """Points of a robot that does everything, fast and without contact."""
@@ -201,16 +201,17 @@ class Sweep(Rule):
 
     Args:
         enough: share of the floor that is enough for all points.
+        broom_m: the robot sweeps what is not farther than this from its middle.
     """
 
-    def __init__(self, arena: World, rates: Rates, enough: float):
+    def __init__(self, arena: World, rates: Rates, enough: float, broom_m: float):
         super().__init__(arena, rates)
-        self._enough = enough
-        self._floor, self._whole = _coverable(arena)
+        self._enough, self._broom_m = enough, broom_m
+        self._floor, self._whole = _sweepable(arena)
         self._swept = self._whole & False
 
     def _look(self, sample: Sample) -> None:
-        self._swept |= self._floor.near(sample.x, sample.y)
+        self._swept |= self._floor.near(sample.x, sample.y, self._broom_m)
 
     @property
     def _swept_share(self) -> float:
@@ -268,10 +269,10 @@ def _ways(arena: World) -> Tuple[Floor, Array]:
 
 
 @functools.lru_cache(maxsize=8)
-def _coverable(arena: World) -> Tuple[Floor, Array]:
-    """Return the floor of an arena, and its points that a robot can cover. Kept, as each robot needs them."""
+def _sweepable(arena: World) -> Tuple[Floor, Array]:
+    """Return the floor of an arena, and its points that are to be swept. Kept, as each robot needs them."""
     floor = Floor(arena)
-    return floor, floor.coverable()
+    return floor, floor.near_reachable(ROOM)
 
 
 def _from_side(point: Point, begin: Point, end: Point) -> float:

@@ -48,7 +48,7 @@ class TruthService:
         self._referee = referee or Referee(simulation)
         self._orders = Orders(simulation, server.simulation, server.pace, self._referee)
         self._urls = [berth.url for berth in server.berths]
-        self._stage, self._greeting = self._referee.stage, self._world_line()
+        self._ground, self._greeting = self._referee.ground, self._world_line()
         self._state: Message = {}
         self._news = b""
         self._watched_by_others = server.watched
@@ -173,8 +173,8 @@ class TruthService:
             answer = self._orders.answer(request)
         if answer["ok"]:
             self._server.wake()
-        if self._referee.stage is not self._stage:
-            self._stage, self._greeting = self._referee.stage, self._world_line()
+        if self._referee.ground is not self._ground:
+            self._ground, self._greeting = self._referee.ground, self._world_line()
             for visit in self._visits.values():
                 visit.greet(self._greeting)
         return line_of(answer)
