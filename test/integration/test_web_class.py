@@ -230,9 +230,11 @@ def test_a_task_from_its_choice_to_its_end(small, teacher):
         until(lambda: teacher.said("no task is chosen"), "none is chosen")
         teacher.do("task", name="sqare")
         until(lambda: teacher.said("did you mean 'square'"), "there is no such task")
+        ways = len(ada.of("trail"))
         teacher.do("task", name="square")
         until(lambda: task(ada)["state"] == "ready", "it is chosen")
         until(lambda: ada.newest("world")["name"] == "square", "another floor")
+        until(lambda: {"robot": robot, "points": []} in ada.of("trail")[ways:], "its way begins anew")
         assert "1" in {place["name"] for place in ada.newest("world")["places"]}
         assert [(entry["robot"], entry["who"]) for entry in task(ada)["ranking"]] == [(robot, "Ada")]
         for order in ({"do": "start_task"}, {"do": "end_task"}, {"do": "task", "name": ""}):

@@ -164,7 +164,6 @@ def choose_task(name: str, truth: "TruthLine", board: "TaskBoard", ending: "Sign
 
     Raises:
         UsageError: there is no such task. The error names those that there are.
-        PioneerError: the simulator tells none within SIMULATOR_STARTS_WITHIN s.
     """
     for _ in range(round(SIMULATOR_STARTS_WITHIN / 0.05)):
         truth.turn(monotonic())
@@ -173,10 +172,9 @@ def choose_task(name: str, truth: "TruthLine", board: "TaskBoard", ending: "Sign
     names = [task for task, _ in board.tasks]
     if name in names:
         truth.order("task", None, {"name": name}, lambda done, sentence: say(sentence))
-    elif names:
-        raise UsageError("there is no task %r; legal: %s" % (name, ", ".join(names)))
     elif not ending.wanted.is_set():
-        raise PioneerError("the simulator tells no tasks")
+        raise UsageError("there is no task %r; legal: %s" % (
+            name, ", ".join(names) or "none, for the simulator tells of no tasks"))
 
 
 def opened(title: str, options: argparse.Namespace, stack: contextlib.ExitStack, is_class: bool = False) -> Site:

@@ -64,8 +64,8 @@ def test_the_clients_odometry_goes_on_where_the_robots_begins_anew(origin, base)
 
 @pytest.mark.parametrize("data", [
     b"x\n", b'{"world": {}}\n', b'{"truth": {"origins": 1}}\n', b"\xff\n", b"1\n",
-    b'{"truth": {"origins": [], "cans": [], "task": {"name": "square"}}}\n',
-    b'{"truth": {"origins": [], "cans": [], "task": 1}}\n'])
+    b'{"truth": {"origins": [], "cans": [], "robots": [], "task": {"name": "square"}}}\n',
+    b'{"truth": {"origins": [], "cans": [], "robots": [], "task": 1}}\n'])
 def test_what_no_simulator_says(truth, data):
     with pytest.raises((ValueError, TypeError, LookupError)):
         truth.receive(data)
@@ -87,8 +87,8 @@ class Told:
 
 
 def test_the_line_is_made_anew_when_it_breaks(tmp_path):
-    path, feed = str(tmp_path / "truth"), Told()
-    watch = TruthLine(path, NUMBERS, lambda number: (0.0, 0.0, 0.0), feed)
+    path, feed, carried = str(tmp_path / "truth"), Told(), []
+    watch = TruthLine(path, NUMBERS, lambda number: (0.0, 0.0, 0.0), feed, carried.append)
     watch.turn(0.0)         # nobody is there
     for now in (1.0, 3.0):
         with socket.socket(socket.AF_UNIX) as listener:
@@ -101,13 +101,13 @@ def test_the_line_is_made_anew_when_it_breaks(tmp_path):
             watch.turn(now + 0.1)
         watch.turn(now + 0.2)       # it hung up
         (tmp_path / "truth").unlink()
-    assert feed.texts == ["world", "origins", "cans"] * 2
+    assert feed.texts == ["world", "origins", "cans"] * 2 and carried == []
     watch.close()
 
 
 def test_time_and_faults(truth):
     texts = dict(truth.receive(line(world=WORLD) + line(truth={
-        "origins": [], "cans": [], "paused": True, "speed": 2.0, "faults": ["loss 0.1"]})))
+        "origins": [], "cans": [], "robots": [], "paused": True, "speed": 2.0, "faults": ["loss 0.1"]})))
     assert texts["time"] == {"paused": True, "speed": 2.0} and texts["faults"] == ["loss 0.1"]
 
 
@@ -116,7 +116,7 @@ TASK = {"name": "square", "title": "Drive a square", "text": "Drive.", "state": 
 
 def test_a_task_has_its_ranking_best_first_by_the_pages_numbers(truth):
     scores = [[12.5, "a corner"], [99.0, "robot b is not on the page"], [12.5, ""]]
-    told = {"origins": [], "cans": []}
+    told = {"origins": [], "cans": [], "robots": []}
     texts = dict(truth.receive(line(world=dict(WORLD, tasks=[["square", "Drive a square"]]))
                                + line(truth=dict(told, task=dict(TASK, scores=scores)))))
     assert texts["tasks"] == [["square", "Drive a square"]] and "tasks" not in texts["world"]
@@ -135,6 +135,17 @@ def test_another_floor_is_told_when_another_task_is_chosen(truth):
     assert texts["world"]["bounds"] == [20, 0, 60, 40] and "can" not in texts["world"]
     assert texts["cans"] == [] and texts["origins"]["2"] == [21, 1, 0]
     assert dict(truth.receive(line(world=WORLD)))["world"] == before["world"]
+
+
+def test_who_was_carried_is_told_and_who_drove_is_not(truth):
+    def robots(*places):
+        return line(truth={"origins": [], "cans": [], "robots": [[x, y, 0.0, 0.1, 0.0, False] for x, y in places]})
+
+    truth.receive(line(world=WORLD) + robots((0, 0), (0, 0), (0, 0)))
+    truth.receive(robots((0.3, 0.3), (50, 0), (20, -1)))        # the second one is not on the page
+    assert truth.carried == [1]
+    truth.receive(robots((-0.5, 0.3), (50, 0), (20.5, -1)) + robots((0.2, 9.3), (50, 0), (20.5, -1)))
+    assert truth.carried == [1, 2]
 
 
 def test_orders_have_the_simulators_numbers_and_answers_come_back(tmp_path):
