@@ -671,6 +671,8 @@ def test_the_program_says_where_to_connect_and_ends_cleanly(tmp_path, number):
     (("--faults", "/nowhere.yaml"), 2, "cannot read /nowhere.yaml"),
     (("--record", "/nowhere/wire"), 2, "cannot record to /nowhere/wire"),
     (("--speed", "0"), 2, "speed 0.0 is not legal"),
+    (("--lockstep", "0"), 2, "lockstep 0.0 is not legal: give a number of seconds from 0.05 to 3600"),
+    (("--lockstep", "--robots", "2"), 2, "lockstep is for one robot on a TCP port"),
     (("--robots", "500", "--world", "office"), 2, "has room for"),
 ])
 def test_mistakes_are_told_in_one_line(arguments, code, message):

@@ -182,8 +182,9 @@ def test_the_options_that_are_told_are_there():
 
 def test_the_examples_are_code_that_is_tested():
     examples = re.findall(r"^```python\n(.*?)^```", read(DOCS / "simulator.md"), re.MULTILINE | re.DOTALL)
-    source = read(ROOT / "test" / "integration" / "test_somebody_elses_client.py")
-    assert len(examples) == 3 and all(example in source for example in examples)
+    source = "".join(read(ROOT / "test" / "integration" / name)
+                     for name in ("test_lockstep.py", "test_somebody_elses_client.py"))
+    assert len(examples) == 4 and all(example in source for example in examples)
 
 
 # Launch files

@@ -38,6 +38,7 @@ Open ``robot.py`` first, then ``session.py`` and ``phases.py``. All files, from 
 ``events``         what listeners receive: states and all other events
 ``settings``       the user's settings of a connection, checked once
 ``phases``         the other phases of a connection, and the table of transitions
+``lockstep``       phases of a connection to a simulated robot that waits for the program
 ``session``        one connection, sans-I/O: bytes and time in, bytes and events out
 ``threads``        two threads that own the port and the clock, and call the listeners
 ``robot``          the class Robot, which a program uses

@@ -98,6 +98,10 @@ class Line:
         """Return the time (s) that the line takes to carry ``count`` bytes, in either direction; 0 on TCP."""
         return count * self.byte_time
 
+    def begin_clock(self, now: float) -> None:
+        """Let another clock begin, at ``now``. The line is idle."""
+        self.last_sent = self.free_at = self._carried_at = now
+
     def set_baud(self, baud: int) -> None:
         """Change the speed of the line (baud), after the actions that are in ``to_send`` already."""
         self.baud, self.byte_time = baud, BITS_PER_BYTE / baud
@@ -152,17 +156,28 @@ class Line:
         if self._velocity and now >= self._velocity.until:      # only after a hold-up of the whole process
             self._velocity = None
         while now >= self.due:
-            if self._velocity and self._velocity_has_its_turn:
-                velocity, self._velocity = self._velocity, None
-                self._put(now, (*velocity.packets, *velocity.companion(now)))
-                self._stopped = self._velocity_next = False
-            else:
-                self._put(now, self._commands.popleft())
-                self._velocity_next = True
+            self._put_next(now)
+
+    def flush(self, now: float, *packets: bytes) -> None:
+        """Send all that waits, and these packets behind it, at once: for a robot that waits for nothing else."""
+        self.tick(now)
+        while self.due < math.inf:
+            self._put_next(now)
+        self._put(now, packets)
 
     @property
     def _velocity_has_its_turn(self) -> bool:
         return self._velocity_next or not self._commands
+
+    def _put_next(self, now: float) -> None:
+        """Send the velocity or the command whose turn it is. One of them waits."""
+        if self._velocity and self._velocity_has_its_turn:
+            velocity, self._velocity = self._velocity, None
+            self._put(now, (*velocity.packets, *velocity.companion(now)))
+            self._stopped = self._velocity_next = False
+        else:
+            self._put(now, self._commands.popleft())
+            self._velocity_next = True
 
     def _put(self, now: float, packets: Sequence[bytes]) -> None:
         if now - self.last_sent > self.watchdog:

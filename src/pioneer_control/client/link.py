@@ -139,6 +139,10 @@ class Phase:
     def use(self, settings: Settings, now: float) -> None:
         """Use these settings from ``now`` (monotonic, s) on. Most phases have nothing to do."""
 
+    def time(self, now: float) -> float:
+        """Return the time (s) that this phase has at the monotonic time ``now``. Only in lockstep it is another."""
+        return now
+
 
 class SteppedPhase(Phase):
     """A phase that runs a procedure step by step. The procedure returns the outcome of the phase."""

@@ -174,6 +174,9 @@ class Connected(Phase):
                                % (self._link.url, LONGEST_QUEUE))
         self._link.line.command(now, *packets)
 
+    def end_turn(self) -> None:
+        """Tell a robot in lockstep that the program waits for the next state. Any other robot is told nothing."""
+
     def use(self, settings: Settings, now: float) -> None:
         before, self.identity = self.identity, self._identify()
         if self.identity != before:

@@ -5,7 +5,7 @@ from typing import Optional
 from ..errors import PortError
 from ..port_url import is_web_socket
 from .serial_port import open_serial
-from .tcp import WITHOUT_A_ROBOT, SocketTransport, connect, tcp_address
+from .tcp import LOCKSTEP, WITHOUT_A_ROBOT, SocketTransport, connect, tcp_address
 from .transport import Transport
 from .web_socket import open_web_socket
 
@@ -17,6 +17,8 @@ def is_serial(url: str) -> bool:
 
 def open_transport(url: str, baud: int, key: Optional[str] = None) -> Transport:
     """Open ``/dev/ttyUSB0``, the path of a pty, ``socket://host:port``, ``ws://host:port/path`` or ``wss://...``.
+
+    ``socket://host:port?lockstep`` opens the same port as without ``?lockstep``.
 
     Args:
         url: the port, without a key.
@@ -37,4 +39,7 @@ def open_transport(url: str, baud: int, key: Optional[str] = None) -> Transport:
     if "://" in url:
         raise PortError("cannot understand the port %r: give a path such as /dev/ttyUSB0, socket://host:port, or "
                         "ws://host:port/path" % url)
+    if url.endswith(LOCKSTEP):
+        raise PortError("cannot use lockstep on the port %r: it needs a simulated robot on TCP; give "
+                        "socket://host:port%s" % (url, LOCKSTEP))
     return open_serial(url, baud)

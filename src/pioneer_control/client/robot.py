@@ -6,7 +6,6 @@ The docstring of the folder has an example.
 import atexit
 import contextlib
 import math
-from time import monotonic
 from typing import Any, Callable, NamedTuple, Optional
 
 from ..errors import LinkLostError, NoAnswerError, PioneerError, RefusedError, UsageError
@@ -17,6 +16,7 @@ from .gripper import gripper_packets
 from .identity import RobotIdentity
 from .settings import Settings
 from .state import RobotState
+from .tcp import is_lockstep
 from .threads import Audience, LinkThreads
 from .tuning import Tuning
 
@@ -47,7 +47,8 @@ class Robot:
     Args:
         url: ``/dev/ttyUSB0``, the path of a pty, ``socket://host:port`` (``tcp://host:port`` and ``host:port`` mean
             the same), or ``ws://host:port/path`` (``wss://...`` if encrypted), also with the key at its end:
-            ``ws://host:port/path#key=KEY``.
+            ``ws://host:port/path#key=KEY``. ``socket://host:port?lockstep``: a simulated robot waits for the program
+            at each state, so that the same program does the same each time (docs/simulator.md).
         key: what a server on a WebSocket wants to know before it gives the robot. It is used instead of a key in the
             URL. It is in no message: the attribute ``url`` has no key.
         baud: line speed of a serial port. Other speeds are tried when nothing answers.
@@ -157,10 +158,14 @@ class Robot:
             raise link.failure(NoAnswerError("%s: not ready within %.1f s" % (self.url, timeout)))
 
     def wait_for_state(self, timeout: float = 1.0) -> RobotState:
-        """Wait for the next state, and return it. Raises LinkLostError when no state comes within ``timeout`` s."""
+        """Wait for the next state, and return it. Raises LinkLostError when no state comes within ``timeout`` s.
+
+        In lockstep this ends the program's turn: no simulated time passes before.
+        """
         link = self._link
         with link.changed:
             before = link.state
+            link.end_turn()
             link.changed.wait_for(lambda: link.state is not before or link.ended.is_set(), timeout)
             if link.state is None or link.state is before:
                 raise link.failure(LinkLostError("%s: no state within %.1f s" % (self.url, timeout)))
@@ -222,7 +227,7 @@ class Robot:
         and then sends nothing. Raises LinkError when there is no link.
         """
         with self._link as robot:
-            robot.drive.set_velocity(linear, angular, monotonic(), timeout)
+            robot.drive.set_velocity(linear, angular, self._link.now(), timeout)
 
     def set_wheel_velocities(self, left: float, right: float, timeout: float = math.inf) -> None:
         """Drive the left and the right wheels at these velocities (m/s, forward positive) until command_timeout.
@@ -233,7 +238,7 @@ class Robot:
         set_velocity().
         """
         with self._link as robot:
-            robot.drive.set_wheel_velocities(left, right, monotonic(), timeout)
+            robot.drive.set_wheel_velocities(left, right, self._link.now(), timeout)
 
     def set_limits(self, max_linear: Optional[float], max_angular: Optional[float], command_timeout: float) -> None:
         """Change the limits (m/s, rad/s; None for the robot's own limit) and the command time-out (s).
@@ -258,7 +263,7 @@ class Robot:
         Without a link this does nothing and raises no error: every link begins with a stop.
         """
         with contextlib.suppress(PioneerError), self._link as robot:
-            robot.drive.stop(monotonic())
+            robot.drive.stop(self._link.now())
 
     def enable_motors(self, timeout: float = 2.0) -> None:
         """Switch the motors on. Returns when the robot reports that they are on.
@@ -282,9 +287,11 @@ class Robot:
         comes as the event MotorsAnswered.
         """
         with self._link as robot:
-            request = robot.drive.request_motors(on, monotonic(), timeout)
+            request = robot.drive.request_motors(on, self._link.now(), timeout)
 
         def wait() -> None:
+            while is_lockstep(self.url) and not request.done:
+                self.wait_for_state()
             with self._link.changed:
                 self._link.changed.wait_for(lambda: request.done)
             if request.error is not None:
@@ -308,7 +315,7 @@ class Robot:
         with self._link as robot:
             if not robot.identity.has_gripper:
                 raise RefusedError("%s: the robot reports no gripper" % self.url)
-            robot.command(monotonic(), *packets)
+            robot.command(self._link.now(), *packets)
 
     def set_digital_out(self, mask: int, states: int) -> None:
         """Set the digital outputs whose bits are 1 in ``mask`` (0..255) to their bits in ``states`` (0..255)."""
@@ -335,4 +342,4 @@ class Robot:
     def send(self, *packets: bytes) -> None:
         """Send whole packets as they are. Raises LinkError without a link. What moves the robot has methods above."""
         with self._link as robot:
-            robot.command(monotonic(), *packets)
+            robot.command(self._link.now(), *packets)

@@ -15,6 +15,7 @@ from .events import Event
 from .handshake import Connecting
 from .line import Action, Line, SetBaud
 from .link import Failed, HostBaud, Left, Link, Outcome, Phase
+from .lockstep import LOCKSTEP_TRANSITIONS
 from .odometry import Odometry
 from .phases import TRANSITIONS, Connected, Finished
 from .settings import Settings
@@ -35,6 +36,8 @@ class Counts(NamedTuple):
 class Session:
     """One connection, from its first byte to its last. ``now`` is monotonic time in s everywhere.
 
+    In lockstep a connected session has a time of its own: time() converts.
+
     Args:
         url: the port, for error messages.
         rates: line speeds to try, the present speed of the port first; empty on TCP.
@@ -44,6 +47,7 @@ class Session:
             first connection.
         host_baud: the wanted line speed, and what previous connections found out about it; None for the first
             connection.
+        lockstep: whether a simulated robot waits for the program at each SIP: see the file lockstep.
 
     Attributes:
         phase: the present phase; an object of one of the classes of `phases`.
@@ -51,10 +55,11 @@ class Session:
 
     def __init__(self, url: str, rates: Tuple[int, ...], settings: Settings, now: float,
                  odometry: Optional[Odometry] = None,
-                 host_baud: Optional[HostBaud] = None) -> None:
+                 host_baud: Optional[HostBaud] = None, lockstep: bool = False) -> None:
         self.line = Line(rates[0] if rates else None, STOP)
         self._link = Link(url, settings, self.line, now, host_baud or HostBaud(settings.host_baud))
         self._last_byte = now
+        self._transitions = LOCKSTEP_TRANSITIONS if lockstep else TRANSITIONS
         self.phase: Phase = Connecting(self._link, rates, odometry)
         self.tick(now)
 
@@ -75,38 +80,44 @@ class Session:
 
     @property
     def wake_at(self) -> float:
-        """Time (monotonic, s) by which tick() must be called; infinity once finished. After a tick it is in the future.
+        """Time (s, of this session) by which tick() must be called; infinity once finished.
+
+        After a tick it is in the future.
         """
         if isinstance(self.phase, Finished):
             return math.inf
         due = min(self.phase.due, self.line.due)
         return min(due, self._last_byte + p2os.PARTIAL_TIMEOUT) if self._link.decoder.waiting else due
 
+    def time(self, now: float) -> float:
+        """Return the time (s) of this session at the monotonic time ``now``: the same, unless it is in lockstep."""
+        return self.phase.time(now)
+
     def receive(self, data: bytes, now: float) -> None:
         """Take bytes from the robot, in pieces of any size."""
-        self._link.now = self._last_byte = now
+        self._link.now = self._last_byte = self.time(now)
         self._read(self._link.decoder.feed(data))
 
     def tick(self, now: float) -> None:
         """Do what is due at ``now``."""
         link = self._link
-        link.now = now
-        if link.decoder.waiting and now >= self._last_byte + p2os.PARTIAL_TIMEOUT:
+        link.now = self.time(now)
+        if link.decoder.waiting and link.now >= self._last_byte + p2os.PARTIAL_TIMEOUT:
             self._read(link.decoder.drop_partial())
-        self._follow(self.phase.tick(now))
-        self.line.tick(now)
+        self._follow(self.phase.tick(link.now))
+        self.line.tick(link.now)
 
     def use(self, settings: Settings, now: float) -> None:
         """Use these settings from now on."""
         self._link.settings = settings
-        self.phase.use(settings, now)
+        self.phase.use(settings, self.time(now))
 
     def close(self, now: float) -> None:
         """Begin to close: stop the robot, switch its motors off, send CLOSE.
 
         A robot to which nothing was sent yet gets nothing.
         """
-        self._link.now = now
+        self._link.now = self.time(now)
         self._follow(Left())
 
     def fail(self, error: PioneerError) -> None:
@@ -149,9 +160,9 @@ class Session:
                 self._follow(outcome)
 
     def _follow(self, outcome: Optional[Outcome]) -> None:
-        """Go on to the phase that TRANSITIONS has for this outcome. The new phase begins at once."""
+        """Go on to the phase that the table has for this outcome. The new phase begins at once."""
         while outcome is not None:
-            following = TRANSITIONS.get((type(self.phase), type(outcome)))
+            following = self._transitions.get((type(self.phase), type(outcome)))
             if following is None:
                 return
             self.phase = following(self._link, self.phase, outcome)

@@ -8,10 +8,11 @@ import threading
 from time import monotonic
 from typing import Callable, Iterable, Mapping, Optional, Tuple
 
-from ..errors import PioneerError, RefusedError
+from ..errors import PioneerError, RefusedError, UsageError
 from ..p2os import GripperCommand
 from .helm import Helm, HelmState, VelocityInput
 from .robot import Robot
+from .tcp import LOCKSTEP, is_lockstep
 
 
 class SteeredRobot:
@@ -22,14 +23,20 @@ class SteeredRobot:
     nothing changes. A command to stand still goes through a lock.
 
     Args:
-        robot: the robot.
+        robot: the robot, not in lockstep: inputs are silent for a real time.
         inputs: all inputs by their names.
         obstacles: what to tell people when a lock or an input is in the way: sentences by its name.
         on_change: called when it changes who commands. It is called with a lock held, so it must only take note.
+
+    Raises:
+        UsageError: the robot is in lockstep.
     """
 
     def __init__(self, robot: Robot, inputs: Mapping[str, VelocityInput], obstacles: Mapping[str, str],
                  on_change: Callable[[], None] = lambda: None) -> None:
+        if is_lockstep(robot.url):
+            raise UsageError("%s: lockstep is for one program that uses the robot alone: leave out %s"
+                             % (robot.url, LOCKSTEP))
         self._robot = robot
         self._helm = Helm(inputs)
         self._obstacles = obstacles

@@ -16,18 +16,24 @@ WITHOUT_A_ROBOT = (
     "Without a robot: python3 -m pioneer_control.simulator --tcp %d simulates one; "
     "in ROS, pioneer.launch with sim:=true")
 
-TCP_URL = re.compile(r"^(?P<scheme>(?:socket|tcp)://)?(?P<host>[^/:]+|\[[^\]]+\])(?::(?P<port>\d+))?(?(scheme)/?)$")
+LOCKSTEP = "?lockstep"          # at the end of a URL: see the file lockstep
+TCP_URL = re.compile(r"^(?P<scheme>(?:socket|tcp)://)?(?P<host>[^/:?]+|\[[^\]]+\])(?::(?P<port>\d+))?(?(scheme)/?)$")
 
 
 def tcp_address(url: str) -> Optional[Tuple[str, int]]:
     """Return host and port of ``socket://host:port``, ``tcp://host:port`` or ``host:port``; None for any other text.
 
-    Without a port, ``socket://host`` and ``tcp://host`` mean DEFAULT_PORT.
+    Without a port, ``socket://host`` and ``tcp://host`` mean DEFAULT_PORT. Each may end with ``?lockstep``.
     """
-    match = TCP_URL.match(url)
+    match = TCP_URL.match(url[:-len(LOCKSTEP)] if url.endswith(LOCKSTEP) else url)
     if match is None or not (match["scheme"] or match["port"]):
         return None
     return match["host"].strip("[]"), int(match["port"] or DEFAULT_PORT)
+
+
+def is_lockstep(url: str) -> bool:
+    """Return whether a URL asks for lockstep with a simulated robot: ``socket://host:port?lockstep``."""
+    return url.endswith(LOCKSTEP) and tcp_address(url) is not None
 
 
 class SocketTransport(StreamTransport):

@@ -23,6 +23,7 @@ from .ports import open_transport
 from .session import Counts, Session
 from .settings import Settings
 from .state import RobotState
+from .tcp import is_lockstep
 from .transport import Transport, tap
 
 BACK_OFF = 0.2                      # s before the next attempt to connect
@@ -144,7 +145,7 @@ class Connection:
         self.session = session
         self.is_open = True
         self.read_until = 0.0
-        """Time (monotonic, s) until which the reading thread waits for bytes; 0 while no thread reads."""
+        """Time (s, of the session) until which the reading thread waits for bytes; 0 while no thread reads."""
 
     def send(self) -> None:
         """Carry out the actions of the session: write bytes, change the line speed.
@@ -253,6 +254,18 @@ class LinkThreads:
                 self.connection.session.use(self.settings, monotonic())
                 self.connection.send()
 
+    def now(self) -> float:
+        """Return the present time (s) of the session, for commands: monotonic time, unless it is in lockstep."""
+        connection = self.connection
+        return monotonic() if connection is None else connection.session.time(monotonic())
+
+    def end_turn(self) -> None:
+        """In lockstep, tell the robot that the program waits for the next state. The caller holds ``changed``."""
+        connection, connected = self.connection, self.connected
+        if connection is not None and connected is not None:
+            connected.end_turn()
+            connection.send()
+
     @property
     def connected(self) -> Optional[Connected]:
         """The phase Connected of the session while the robot obeys; None in any other phase, and without a session."""
@@ -360,7 +373,8 @@ class LinkThreads:
         with self.changed:
             self._past, _ = self.counts()
             odometry = None if self.connection is None else self.connection.session.phase.odometry
-            session = Session(self.url, self._rates(transport), self.settings, monotonic(), odometry, self._host_baud)
+            session = Session(self.url, self._rates(transport), self.settings, monotonic(), odometry, self._host_baud,
+                              is_lockstep(self.url))
             self.connection = Connection(transport, session)
         return []
 
@@ -381,7 +395,7 @@ class LinkThreads:
             due = connection.read_until = session.wake_at
         data, lost = b"", None
         try:
-            data = connection.transport.read(0.0 if session.finished else due - monotonic())
+            data = connection.transport.read(0.0 if session.finished else due - session.time(monotonic()))
         except LinkLostError as error:
             lost = error
         with self._lock:
@@ -393,7 +407,7 @@ class LinkThreads:
                 session.fail(lost)
             if self._closing:
                 session.close(now)
-            if now >= due:      # what has become due since then is done in the next round, which does not wait
+            if session.time(now) >= due:    # what is due since then is done in the next round, which does not wait
                 session.tick(now)
             connection.send()
             events = session.events()

@@ -51,7 +51,7 @@ def serve(options: argparse.Namespace) -> int:
     robots: Union[Simulation, PlayedRobot] = (
         simulation_of(options, grounds.world if grounds else None) if options.play is None else played_robot(options))
     server = Server(robots, options.tcp, options.pty, speed=options.speed, seed=options.seed, faults=faults_of(options),
-                    record=options.record, say=say)
+                    record=options.record, say=say, lockstep=options.lockstep)
     truth: Optional[TruthService] = None
     try:
         if options.truth is not None and isinstance(robots, Simulation):
@@ -72,6 +72,8 @@ def serve(options: argparse.Namespace) -> int:
         if truth is not None:
             truth.stop()
         server.stop()
+        if server.pace.late_answers is not None:
+            say("answers that came too late: %d" % server.pace.late_answers)
 
 
 def allow_many_files() -> None:
@@ -203,6 +205,9 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
                    help="random seed of sonar noise, wheel slip and damaged packets (default: %(default)s)"),
     "--speed": dict(type=float, default=1.0, metavar="X",
                     help="simulated seconds per real second, %g to %g (default: %%(default)s)" % SPEEDS),
+    "--lockstep": dict(type=float, nargs="?", const=1.0, metavar="LIMIT",
+                       help="simulated time waits for the client at each SIP, LIMIT real seconds at most (default:"
+                            " %(const)s); see docs/simulator.md"),
     "--record": dict(metavar="FILE",
                      help="record all bytes on the lines to this file; python3 -m pioneer_control.p2os --record FILE"
                           " explains them"),

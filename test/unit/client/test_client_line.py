@@ -49,6 +49,14 @@ def test_of_the_velocities_that_wait_the_latest_wins(busy, written):
     assert written == [b"3"] and busy.due == float("inf")
 
 
+def test_all_that_waits_is_flushed_in_its_order(busy, written):
+    busy.velocity(0.0, b"vel")
+    busy.command(0.0, b"one")
+    busy.command(0.0, b"two")
+    busy.flush(0.0, b"mark")
+    assert written == [b"one", b"vel", b"two", b"mark"] and busy.due == float("inf")
+
+
 @pytest.mark.parametrize("baud", [None, 115200])
 @pytest.mark.parametrize("held_up", [0.010, 0.015, 0.020])
 def test_velocities_that_come_in_a_bunch_on_a_fast_line_all_go(written, held_up, baud):

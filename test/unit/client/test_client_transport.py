@@ -18,17 +18,18 @@ from serial.tools import list_ports
 
 from pioneer_control.client import serial_port, transport
 from pioneer_control.client.ports import is_serial, open_transport
-from pioneer_control.client.tcp import tcp_address
+from pioneer_control.client.tcp import is_lockstep, tcp_address
 from pioneer_control.errors import LinkLostError, PortError
 
 
 @pytest.mark.parametrize("url, address", [
     ("socket://localhost:8101", ("localhost", 8101)), ("10.0.0.7:8101", ("10.0.0.7", 8101)),
     ("tcp://robot:9000", ("robot", 9000)), ("robot:9000", ("robot", 9000)), ("socket://robot", ("robot", 8101)),
-    ("socket://[::1]:5", ("::1", 5)), ("[::1]:5", ("::1", 5)),
+    ("socket://[::1]:5", ("::1", 5)), ("[::1]:5", ("::1", 5)), ("socket://robot:9000?lockstep", ("robot", 9000)),
     ("/dev/ttyUSB0", None), ("/tmp/pty:1", None), ("COM1", None)])
 def test_the_url_chooses(url, address):
     assert tcp_address(url) == address
+    assert is_lockstep(url) == ("lockstep" in url)
     assert is_serial(url) == (address is None)
 
 
@@ -269,7 +270,8 @@ def test_busy_by_the_kernels_word(monkeypatch):
 
 @pytest.mark.parametrize("url, message", [
     (__file__, "not a serial port"), ("/dev/null", "not a serial port"),
-    ("http://robot:1", "cannot understand"), ("8501", "give socket://localhost:8501"),
+    ("http://robot:1", "cannot understand"), ("/dev/ttyUSB0?lockstep", "needs a simulated robot on TCP; give socket:"),
+    ("socket://localhost:1?lockstpe", "cannot understand"), ("8501", "give socket://localhost:8501"),
     ("socket://..:1", "no such host"), ("socket://no.such.host.invalid:1", "no such host"),
     ("socket://localhost:99999999", "no TCP port 99999999"),
 ])

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from pioneer_control.client import HelmState, SteeredRobot, VelocityInput
-from pioneer_control.errors import LinkLostError, RefusedError
+from pioneer_control.errors import LinkLostError, RefusedError, UsageError
 from pioneer_control.p2os import GripperCommand
 
 PROGRAM, PERSON = "cmd_vel", "teleop/cmd_vel"
@@ -19,6 +19,7 @@ class FakeRobot:
     """Takes note of what it is told."""
 
     def __init__(self):
+        self.url = "fake"
         self.told = []
         self.state = SimpleNamespace(motors_enabled=True)
         self.identity = SimpleNamespace(has_gripper=True)
@@ -52,6 +53,12 @@ def now(monkeypatch):
 @pytest.fixture
 def steered(robot, now):
     return SteeredRobot(robot, INPUTS, OBSTACLES)
+
+
+def test_a_robot_in_lockstep_is_refused(robot):
+    robot.url = "socket://localhost:8101?lockstep"
+    with pytest.raises(UsageError, match="lockstep is for one program .*: leave out [?]lockstep"):
+        SteeredRobot(robot, INPUTS, OBSTACLES)
 
 
 def test_a_velocity_is_good_for_the_time_out_of_its_input(steered, robot):

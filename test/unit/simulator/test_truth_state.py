@@ -80,7 +80,7 @@ def test_places_are_told_and_headings_are_wrapped():
 def test_robots_at_rest():
     stage = Stage()
     assert stage.truth == {
-        "time": 0.0, "speed": 2.0, "paused": False,
+        "time": 0.0, "speed": 2.0, "paused": False, "late_answers": None,
         "robots": [(0.0, 0.0, 0.0, 0.0, 0.0, False), (2.0, 0.0, pytest.approx(7.0 - 2.0 * math.pi), 0.0, 0.0, False)],
         "origins": [(0.0, 0.0, 0.0), (2.0, 0.0, pytest.approx(7.0 - 2.0 * math.pi))],
         "grippers": [[0.21, 0.07], None], "stop_buttons": [False, False],

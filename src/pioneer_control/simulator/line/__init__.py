@@ -7,6 +7,7 @@ time.
 ``uart``           the bytes that a serial port receives when the sender has another baud rate
 ``server``         runs robots and lines in real time; ``lines``: its TCP ports and pseudo-terminals
 ``pace``           how simulated time follows real time
+``lockstep``       a pace that waits for the program at each SIP
 ``line_recorder``  records to a file all bytes that are sent over the lines
 """
 

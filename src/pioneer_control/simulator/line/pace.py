@@ -26,6 +26,8 @@ class Pace:
 
     def __init__(self, speed: float, now_us: int):
         self.speed = speed
+        self.late_answers: Optional[int] = None
+        """How often a program in lockstep has answered too late. None without lockstep."""
         self._paused = False
         self._due_us = float(now_us)
         self._looked: Optional[float] = None
@@ -56,8 +58,24 @@ class Pace:
             self._looked = None     # the time of the pause is left out
         self._paused = paused
 
-    def due_us(self, now: float) -> int:
-        """Return the simulated time (microseconds) that is due at the real time `now` (s). Call this regularly."""
+    def client_sent(self, data: bytes, is_open: bool, now: float) -> None:
+        """Take bytes from the client at the real time `now` (s). `is_open` is whether a session is open after them.
+
+        Only a pace in lockstep uses them.
+        """
+
+    def client_got(self, data: bytes, now: float) -> None:
+        """Take bytes that have reached the client at the real time `now` (s). Only a pace in lockstep uses them."""
+
+    def session_ended(self) -> None:
+        """Take note that the client has ended its session. Only a pace in lockstep uses it."""
+
+    def due_us(self, now: float, news_us: int = 0) -> int:
+        """Return the simulated time (microseconds) that is due at the real time `now` (s). Call this regularly.
+
+        `news_us` is a simulated time (microseconds) before which no client can receive bytes. Only a pace in lockstep
+        uses it.
+        """
         if not self._paused and self._looked is not None:
             self._due_us += min((now - self._looked) * self.speed, LONGEST_LAG) * 1e6
         self._looked = now

@@ -23,6 +23,7 @@ from .faults import Fault
 from .line_recorder import LineRecorder
 from .line_simulation import Arrival, LineSimulation
 from .lines import CHUNK, STANDARD_PORT, PtyLine, ServedLine, TcpLine, host_and_port
+from .lockstep import Lockstep
 from .pace import Pace
 from .robot_link import RobotsInTime
 
@@ -82,19 +83,25 @@ class Server:
         seed: seed of the random errors of the lines.
         faults: faults of robots and lines, with times in simulated seconds from the start.
         record: path of a file to which all bytes on the lines are recorded. None for no recording.
-        say: function that is called with a sentence when a fault begins or ends.
+        say: function that is called with a sentence when a fault begins or ends, or a client answers too late.
+        lockstep: simulated time waits for the client of the only robot, at each SIP, this real time (s) at most; see
+            `lockstep`. None: simulated time follows real time.
 
     Raises:
         PortError: a line cannot be opened.
-        ParameterError: the speed or a fault is not legal, or the recording cannot be written.
+        ParameterError: the speed, a fault or the lockstep is not legal, or the recording cannot be written.
     """
 
     def __init__(
         self, robots: RobotsInTime, tcp: Union[int, str, None] = None, pty: Optional[str] = None, *, speed: float = 1.0,
         seed: int = 0, faults: Sequence[Fault] = (), record: Optional[str] = None,
-        say: Callable[[str], None] = lambda sentence: None,
+        say: Callable[[str], None] = lambda sentence: None, lockstep: Optional[float] = None,
     ):
-        pace = Pace(speed, robots.clock.now_us)
+        now_us = robots.clock.now_us
+        pace = Pace(speed, now_us) if lockstep is None else Lockstep(lockstep, speed, now_us)
+        if lockstep is not None and (len(robots.robots) != 1 or pty is not None):
+            raise ParameterError("lockstep is for one robot on a TCP port: leave out the other robots and the"
+                                 " pseudo-terminals")
         if tcp is None and pty is None:
             tcp = STANDARD_PORT
         self.lock = threading.RLock()
@@ -210,7 +217,7 @@ class Server:
                 ready = self._selector.select(self.pace.rest(until_us))
                 with self.lock:
                     now = time.monotonic()
-                    self._deliver(self.simulation.run_to(self.pace.due_us(now)))
+                    self._deliver(self.simulation.run_to(self._due_us(now)), now)
                     for key, _ in ready:
                         if key.fileobj is self._wakers[1]:
                             self._wakers[1].recv(CHUNK)
@@ -220,6 +227,14 @@ class Server:
                     self._resume()
         finally:
             self._close()
+
+    def _due_us(self, now: float) -> int:
+        """Return the simulated time (microseconds) that is due at the real time `now` (s). Report a late answer."""
+        late = self.pace.late_answers
+        due_us = self.pace.due_us(now, self.simulation.news_us)
+        if self.pace.late_answers != late:
+            self._report(self.simulation.time, "the client does not answer in time: simulated time goes on without it")
+        return due_us
 
     def _serve(self, berth: Berth, line: ServedLine, now: float) -> None:
         """Read the bytes that are ready on a line, and let its robot answer. `now` is the real time (s)."""
@@ -232,8 +247,9 @@ class Server:
             berth.line, berth.heard = line, now
             self._recording.put(Entry(self.simulation.time, berth.number + 1, True, data))
             self.simulation.send(berth.number, data, line.client_baud)
+            self.pace.client_sent(data, berth.robot.session is FirmwareState.OPEN, now)
             # Before another client takes the place of this one:
-            self._deliver(self.simulation.run_to(self.simulation.clock.now_us))
+            self._deliver(self.simulation.run_to(self.simulation.clock.now_us), now)
             if line.client_baud and self.simulation.backlog(berth.number) > LONGEST_BACKLOG:
                 self._paused[line] = berth
         self._watch(berth, line)
@@ -245,15 +261,18 @@ class Server:
                 del self._paused[line]
                 self._watch(berth, line)
 
-    def _deliver(self, arrivals: Sequence[Arrival]) -> None:
+    def _deliver(self, arrivals: Sequence[Arrival], now: float) -> None:
+        """Send to the clients what has arrived at them at the real time `now` (s)."""
         for arrival in arrivals:
             berth = self.berths[arrival.robot]
             if berth.line is not None:
                 berth.line.baud = arrival.baud or berth.robot.baud
                 self._recording.put(Entry(arrival.time_us * 1e-6, arrival.robot + 1, False, arrival.data))
                 berth.line.write(arrival.data)
+                self.pace.client_got(arrival.data, now)
                 self._watch(berth, berth.line)
         while self.simulation.ended:
+            self.pace.session_ended()
             line = self.berths[self.simulation.ended.pop()].line
             if line is not None:
                 line.finished = True

@@ -57,8 +57,17 @@ class Attempt:
         if self.begun_us == NEVER_US and self._robot.hardware.body.pose != self._start:
             self.begun_us = now_us - self._robot.numbers.physics.step_us
             self._next_us = self.begun_us + PERIOD_US
-        if now_us >= self._next_us and not self.done:
+        if now_us >= self._next_us:
             self._next_us += PERIOD_US
+            self._take(now_us)
+
+    def finish(self, now_us: int) -> None:
+        """Take the last sample: what the robot has done until this time (microseconds) counts, and no more."""
+        if self.begun_us != NEVER_US:
+            self._take(now_us)
+
+    def _take(self, now_us: int) -> None:
+        if not self.done:
             self._rule.take(self._sample(now_us))
             self.done = self._rule.done
 
@@ -111,11 +120,18 @@ class Contest:
         self._clock_us = max(0, now_us - moved_us)
         counted_from_us = self._begun_us if moved_us == NEVER_US else moved_us
         if now_us - counted_from_us >= self._limit_us or all(attempt.done for attempt in self._attempts):
-            self.end()
+            self.end(now_us)
 
-    def end(self) -> None:
-        """End: no points change from now on."""
+    def end(self, now_us: int) -> None:
+        """End at this simulated time (microseconds): no points change from now on."""
+        for attempt in self._attempts:
+            attempt.finish(now_us)
         self.state = OVER
+
+    @property
+    def scores(self) -> List[Score]:
+        """The points of each robot at present."""
+        return [attempt.score for attempt in self._attempts]
 
     @property
     def told(self) -> Dict[str, Any]:
@@ -123,7 +139,7 @@ class Contest:
         return {
             "name": self.task.name, "title": self.task.title, "text": self.task.text, "state": self.state,
             "clock": self._clock_us * 1e-6, "limit": self.task.rates.limit_s,
-            "scores": [list(attempt.score) for attempt in self._attempts],
+            "scores": [list(score) for score in self.scores],
         }
 
 
@@ -147,6 +163,17 @@ class Referee:
         self._contest: Optional[Contest] = None
         if self._grounds.tasks:
             simulation.on_step = self._look
+
+    @property
+    def contest(self) -> Contest:
+        """The chosen task: ready, running or over.
+
+        Raises:
+            ParameterError: no task is chosen.
+        """
+        if self._contest is None:
+            raise ParameterError("no task is chosen; %s" % self._known)
+        return self._contest
 
     @property
     def tasks(self) -> List[Tuple[str, str]]:
@@ -184,13 +211,13 @@ class Referee:
         Raises:
             ParameterError: no task is chosen, or it runs already. Nothing has changed.
         """
-        chosen = self._chosen()
-        if chosen.state == RUNNING:
+        task = self.contest.task
+        if self.contest.state == RUNNING:
             raise ParameterError("the task runs already: end it first")
         self.carrier.reset_all()
-        self._contest = self._new_contest(chosen.task)
+        self._contest = self._new_contest(task)
         self._contest.begin(self._simulation.clock.now_us)
-        return "the task %s has begun" % chosen.task.name
+        return "the task %s has begun" % task.name
 
     def end(self) -> str:
         """End the running task. Returns a sentence for people.
@@ -198,16 +225,10 @@ class Referee:
         Raises:
             ParameterError: no task is chosen, or it does not run. Nothing has changed.
         """
-        chosen = self._chosen()
-        if chosen.state != RUNNING:
+        if self.contest.state != RUNNING:
             raise ParameterError("the task does not run: begin it first")
-        chosen.end()
-        return "the task %s is over" % chosen.task.name
-
-    def _chosen(self) -> Contest:
-        if self._contest is None:
-            raise ParameterError("no task is chosen; %s" % self._known)
-        return self._contest
+        self.contest.end(self._simulation.clock.now_us)
+        return "the task %s is over" % self.contest.task.name
 
     def _new_contest(self, task: Task) -> Contest:
         return Contest(task, self.ground, self._simulation.robots)

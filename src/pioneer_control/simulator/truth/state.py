@@ -63,6 +63,7 @@ def truth_of(simulation: Simulation, lines: LineSimulation, pace: Pace, referee:
         "time": lines.time,
         "speed": pace.speed,
         "paused": pace.paused,
+        "late_answers": pace.late_answers,
         "robots": [(*_wrapped(robot.true_pose), *robot.velocity, robot.hardware.body.blocked)
                    for robot in simulation.robots],
         "origins": [_wrapped(robot.hardware.odometry.origin) for robot in simulation.robots],
