@@ -9,7 +9,8 @@ from pioneer_control.web.backend import TEACHERS, Person
 from pioneer_control.web.class_desk import MOST_JOINS, ClassDesk
 from pioneer_control.web.classroom import Classroom
 from pioneer_control.web.orders import (
-    LONGEST_NAME, ClearFaultsOrder, FaultOrder, FreeOrder, JoinOrder, PauseOrder, ResetOrder, SpeedOrder)
+    LONGEST_NAME, ClearFaultsOrder, EndTaskOrder, FaultOrder, FreeOrder, JoinOrder, PauseOrder, ResetOrder, SpeedOrder,
+    StartTaskOrder, TaskOrder)
 from pioneer_control.web.qr import qr_lines, qr_rows
 
 ADA, BOB, EVE = "a" * 16, "b" * 16, "e" * 16
@@ -102,7 +103,7 @@ def test_a_student_joins_and_only_teacher_and_student_are_told(told):
     assert told.keys == [(1, (ADA, TEACHERS))]
     assert told.texts["class", None, TEACHERS] == {
         "address": "http://x/#k", "qr": [], "worlds": ["w"], "students": [[1, "Ada", "here"]], "paused": False,
-        "speed": 1.0}
+        "speed": 1.0, "tasks": []}
     assert {key for key in told.texts if key[0] == "class"} == {("class", None, TEACHERS)}
     desk.left(1)
     assert told.texts["class", None, TEACHERS]["students"] == [[1, "Ada", "away"]]
@@ -119,7 +120,7 @@ def test_who_may_what(told):
     assert desk.may(student(2, ADA), 1) and not desk.may(student(1, ADA), 2) and not desk.may(student(3, EVE), 1)
     assert desk.may(TEACHER, 1) and desk.may(TEACHER, 2)
     for order in (FreeOrder(1), PauseOrder(True), SpeedOrder(2.0), ResetOrder("all"), FaultOrder(1, "loss 0.5"),
-                  ClearFaultsOrder()):
+                  ClearFaultsOrder(), TaskOrder("square"), TaskOrder(""), StartTaskOrder(), EndTaskOrder()):
         with pytest.raises(PioneerError, match="only the teacher"):
             desk.obey(student(1, ADA), order, 5.0)
     assert told.orders == [] and told.vacated == []
@@ -140,12 +141,14 @@ def test_the_teacher_frees_a_robot(told):
 
 def test_orders_for_the_simulator(told):
     for order in (PauseOrder(True), PauseOrder(False), SpeedOrder(2.0), ResetOrder("all"), ResetOrder(2),
-                  FaultOrder(2, "loss 0.5"), FaultOrder("all", "stall"), ClearFaultsOrder()):
+                  FaultOrder(2, "loss 0.5"), FaultOrder("all", "stall"), ClearFaultsOrder(), TaskOrder("square"),
+                  StartTaskOrder(), EndTaskOrder()):
         told.desk.obey(TEACHER, order, 5.0)
     assert told.orders == [
         ("pause", None, {}), ("go_on", None, {}), ("speed", None, {"speed": 2.0}), ("reset", None, {}),
         ("reset", 2, {}), ("add_fault", 2, {"fault": "loss 0.5"}), ("add_fault", None, {"fault": "stall"}),
-        ("clear_faults", None, {})]
+        ("clear_faults", None, {}), ("task", None, {"name": "square"}), ("begin_task", None, {}),
+        ("end_task", None, {})]
     assert told.sentences[0] == ("info", "answer", [9]) and told.sentences[2][0] == "error"
 
 
@@ -156,6 +159,12 @@ def test_while_time_stands_nobody_hears_of_lost_links(told):
     assert told.texts["time", None, ""] == {"paused": True, "speed": 1.0}
     told.desk.text("faults", ["x"])
     assert told.texts["faults", None, TEACHERS] == ["x"]
+
+
+def test_teachers_are_told_which_tasks_there_are(told):
+    told.desk.text("tasks", [["square", "Drive a square"]])
+    assert told.texts["class", None, TEACHERS]["tasks"] == [["square", "Drive a square"]]
+    assert not [key for key in told.texts if key[0] == "tasks"]
 
 
 def test_robots_of_others_are_not_yours(told):
