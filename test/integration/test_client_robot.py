@@ -229,7 +229,9 @@ def test_a_listener_that_hangs_holds_up_no_dead_man(server, hang):
         until(lambda: encode_command("STOP") in b"".join(told), "told to stop")
 
 
-def test_while_a_listener_hangs_the_robot_drives_on_and_is_heard_and_listeners_are_told_what_they_missed(server):
+def test_while_a_listener_hangs_the_robot_drives_on_and_is_heard_and_listeners_are_told_what_they_missed(
+        server, monkeypatch):
+    monkeypatch.setattr(threads, "MOST_WAITING", 20)
     events, states = [], []
     with Hang(drives) as hang, Robot(server.url, on_state=hang, on_event=events.append) as robot:
         robot.listen(on_state=states.append)
