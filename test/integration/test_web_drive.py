@@ -148,14 +148,14 @@ def test_an_unlock_that_waited_in_a_stopped_server_is_refused(all_of_it):
         assert not [each for each in heard.since(at) if each[1] in ("GRIPPER", "ENABLE")]
 
 
-def test_a_server_that_is_stopped_for_good_is_replaced(all_of_it):
-    site, robot, heard = all_of_it
-    with Viewer(site) as viewer:
-        viewer.picture()
-        pid, at = freeze(site)
-        until(lambda: site.server_pid() not in (None, pid), "another server runs")
-    with Viewer(site) as viewer:
-        viewer.picture()
+def test_a_server_that_is_stopped_for_good_is_replaced(tmp_path):
+    with site_with_robot(tmp_path, HUNG=2.0) as (site, _, _):
+        with Viewer(site) as viewer:
+            viewer.picture()
+            pid, _ = freeze(site)
+            until(lambda: site.server_pid() not in (None, pid), "another server runs")
+        with Viewer(site) as viewer:
+            viewer.picture()
 
 
 def test_one_seat_and_anybody_may_stop(all_of_it):
