@@ -257,7 +257,8 @@ def test_thirty_students_ten_of_them_hostile(tmp_path):
         still, movers, coders = students[:10], students[10:15], students[15:]
         for viewer, robot in movers:
             viewer.switch_motors_on(robot)
-            viewer.hold(robot, 0.0, 0.5, again=True)
+            viewer.obeys = True
+            viewer.hold(robot, 0.0, 0.5)
         clients = [program(site, viewer, robot) for viewer, robot in coders]
         for client in clients:
             stack.callback(client.close, wait=False)

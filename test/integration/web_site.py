@@ -189,13 +189,14 @@ class Viewer:
         texts: all texts that came, as pairs of kind and value.
         frames: the newest frame of each robot.
         closed: the code and reason with which the server closed the connection; None while it is open.
+        obeys: whether a hand that holds a key lets go and presses anew when it is told to let go.
     """
 
     def __init__(self, site, key=None, visitor="visitor0123456789", draws=True, reads=True, **options):
         self.texts, self.frames, self.closed = [], {}, None
         self.messages = self.bytes = 0
         self.draws = draws
-        self.hand = None
+        self.hand, self.obeys = None, False
         self.socket = websocket.create_connection(
             site.base.replace("http", "ws") + "page", timeout=LIMIT, enable_multithread=True, **options)
         self.send(key=site.key if key is None else key, visitor=visitor)
@@ -248,11 +249,10 @@ class Viewer:
         self.do("drive", robot=robot, forward=forward, turn=turn,
                 stamp=self.frames[robot].stamp if stamp is None else stamp)
 
-    def hold(self, robot=1, forward=1.0, turn=0.0, again=False):
-        """Keep a hand on the keys, on a thread of its own. ``again``: it lets go and presses anew when it is told to.
-        """
+    def hold(self, robot=1, forward=1.0, turn=0.0):
+        """Keep a hand on the keys, on a thread of its own."""
         self.hand = threading.Event()
-        thread = threading.Thread(target=self._hold, args=(self.hand, robot, forward, turn, again), daemon=True)
+        thread = threading.Thread(target=self._hold, args=(self.hand, robot, forward, turn), daemon=True)
         thread.start()
 
     def let_go(self):
@@ -261,11 +261,11 @@ class Viewer:
             self.hand.set()
             self.hand = None
 
-    def _hold(self, gone, robot, forward, turn, again):
+    def _hold(self, gone, robot, forward, turn):
         told = 0
         while not gone.wait(PERIOD):
             before, told = told, sum("let go" in each["text"] for each in self.of("said"))
-            released = again and told > before
+            released = self.obeys and told > before
             try:
                 self.drive(robot, 0.0 if released else forward, 0.0 if released else turn)
             except (OSError, websocket.WebSocketException):
