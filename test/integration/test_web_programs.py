@@ -191,12 +191,15 @@ def test_a_flood_is_closed_and_disturbs_nobody(all_of_it, kind):
     site, robot, heard, viewer = all_of_it
     connection = session(site, viewer)
     with pytest.raises((OSError, websocket.WebSocketException)) if kind == "10 MB" else contextlib.ExitStack():
-        for _ in range(5 if kind != "messages" else 500):
+        if kind == "messages":      # in one go, however busy the machine is
+            message = websocket.ABNF.create_frame(b"x", websocket.ABNF.OPCODE_BINARY).format()
+            connection.sock.sendall(message * 500)
+        for _ in range(5 if kind != "messages" else 0):
             if kind == "text":
                 connection.send('{"do": "stop", "robot": "all"}')
             else:
-                connection.send_binary({"messages": b"x", "packets": encode_command("E_STOP") * 500,
-                                        "long message": b"x" * 4097, "10 MB": b"x" * 10000000}[kind])
+                connection.send_binary({"packets": encode_command("E_STOP") * 500, "long message": b"x" * 4097,
+                                        "10 MB": b"x" * 10000000}[kind])
         while True:
             code, data = connection.recv_data()
             if code == 8:
