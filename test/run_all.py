@@ -52,8 +52,8 @@ class Stage(NamedTuple):
 
 
 def stages(source: pathlib.Path, results: pathlib.Path, cores: int) -> List[Stage]:
-    """Return all tests. Suites that compute have the processors for themselves. Suites that mostly wait run beside each
-    other, two for each processor.
+    """Return all tests. Suites that compute have the processors for themselves. Of suites that mostly wait, two run on
+    each processor.
     """
     tests = sorted((source / "test" / "rostest").glob("*.test"))
     tests.sort(key=lambda path: LONGEST_FIRST.index(path.stem) if path.stem in LONGEST_FIRST else len(LONGEST_FIRST))
@@ -61,9 +61,9 @@ def stages(source: pathlib.Path, results: pathlib.Path, cores: int) -> List[Stag
         Stage("unit tests", [pytest_suite("unit", results, cores)]),
         Stage("mypy and flake8", [check_suite("mypy", results), check_suite("flake8", results)], 2),
         Stage("messages tests", [pytest_suite("messages", results, cores)]),
-        Stage("integration tests, browser tests and rostests", [
-            pytest_suite("integration", results, 2 * cores), pytest_suite("browser", results, cores),
-            *(rostest_suite(path, results) for path in tests)], 2 * cores),
+        Stage("integration tests", [pytest_suite("integration", results, 2 * cores)]),
+        Stage("browser tests and rostests", [
+            pytest_suite("browser", results, cores), *(rostest_suite(path, results) for path in tests)], 2 * cores),
     ]
 
 
