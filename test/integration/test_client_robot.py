@@ -523,7 +523,7 @@ def test_killed_while_driving_and_started_again(server, url):
 def test_a_program_that_ends_without_closing_is_closed(server):
     script = DRIVES_UNTIL_KILLED.replace('print("driving", flush=True)', "break")
     subprocess.run([sys.executable, "-c", script, server.url], check=True, timeout=LIMIT)
-    assert waiting(server)
+    until(lambda: waiting(server), "closed")
 
 
 def test_half_of_the_traffic_malformed(server):
