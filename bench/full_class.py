@@ -193,7 +193,7 @@ def measure(students: int, seconds: float, folder: pathlib.Path) -> None:
     words = "%d robots, %d viewers, 3 of them Chromium" % (students, students + 1)
     with contextlib.ExitStack() as stack:
         site = stack.enter_context(ClassSite(folder, students, page=None))
-        truth, readers = TruthWatch(site), Readers()
+        truth, readers = TruthWatch(site.truth), Readers()
         given = [join_by_socket(site, readers, number) for number in range(1, students - IN_BROWSERS + 1)]
         browsers = [start_browser() for _ in range(IN_BROWSERS + 1)]
         for driver in browsers:

@@ -23,7 +23,8 @@ TEST_LIMIT = 300
 """Seconds for one test of pytest, which is named when it takes longer."""
 GRACE = 30.0
 """Seconds that a suite has to end its own programs once it was interrupted."""
-LONGEST_FIRST = ("driver_lines", "tutorial_nodes", "tutorial_pioneer", "bag_replay", "bag_redrive", "bag_beside_robot")
+LONGEST_FIRST = (
+    "driver_lines", "tutorial_nodes", "tutorial_pioneer", "bag_replay", "bag_beside_robot", "drive_by_hand")
 """These rostests take longest. They begin, so that none of them is left running alone at the end."""
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 LINES_SHOWN = 100
@@ -52,8 +53,8 @@ class Stage(NamedTuple):
 
 
 def stages(source: pathlib.Path, results: pathlib.Path, cores: int) -> List[Stage]:
-    """Return all tests. Suites that compute have the processors for themselves. Of suites that mostly wait, two run on
-    each processor.
+    """Return all tests. Suites that compute have the processors for themselves. Of integration tests, which also wait,
+    two run on each processor. Of rostests, which mostly wait, three do, with the browser tests among them.
     """
     tests = sorted((source / "test" / "rostest").glob("*.test"))
     tests.sort(key=lambda path: LONGEST_FIRST.index(path.stem) if path.stem in LONGEST_FIRST else len(LONGEST_FIRST))
@@ -62,8 +63,8 @@ def stages(source: pathlib.Path, results: pathlib.Path, cores: int) -> List[Stag
         Stage("mypy and flake8", [check_suite("mypy", results), check_suite("flake8", results)], 2),
         Stage("messages tests", [pytest_suite("messages", results, cores)]),
         Stage("integration tests", [pytest_suite("integration", results, 2 * cores)]),
-        Stage("browser tests", [pytest_suite("browser", results, cores)]),
-        Stage("rostests", [rostest_suite(path, results) for path in tests], 2 * cores),
+        Stage("browser tests and rostests", [
+            pytest_suite("browser", results, cores), *(rostest_suite(path, results) for path in tests)], 3 * cores),
     ]
 
 

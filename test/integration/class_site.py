@@ -32,6 +32,12 @@ class ClassSite(Site):
         mine = until(lambda: (viewer.newest("mine") or {}).get("robot"), "a robot: %s" % viewer.texts[-3:])
         return viewer, mine
 
+    @property
+    def truth(self):
+        """The path of the simulator's socket of the truth."""
+        command = next(command for command in self.children().values() if "pioneer_control.simulator" in command)
+        return re.search(r"--truth (\S+)", command).group(1)
+
     def memory(self):
         """Return the memory of owner and server (bytes)."""
         total = 0
@@ -42,12 +48,11 @@ class ClassSite(Site):
 
 
 class TruthWatch:
-    """What the simulator tells of the world: the newest state."""
+    """What a simulator tells of its world on its socket of the truth: the newest state."""
 
-    def __init__(self, site):
-        command = next(command for command in site.children().values() if "pioneer_control.simulator" in command)
+    def __init__(self, path):
         self.socket = socket.socket(socket.AF_UNIX)
-        self.socket.connect(re.search(r"--truth (\S+)", command).group(1))
+        self.socket.connect(path)
         self.newest = None
         threading.Thread(target=self._read, daemon=True).start()
         until(lambda: self.newest, "the truth")

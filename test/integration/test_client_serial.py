@@ -85,7 +85,7 @@ def test_host_baud_changes_the_speed_of_both_ends_for_the_session(server, patien
             assert server.firmware.baud == 115200 and heard.last(connections) == LineSpeed(115200, "")
             drive(robot, lambda state: state.linear > 0.1)
             assert robot.state.time - robot.state.sent_time < 0.02
-        assert server.firmware.baud == 9600 and server.firmware.session is FirmwareState.WAITING
+        until(lambda: server.firmware.baud == 9600 and server.firmware.session is FirmwareState.WAITING, "closed")
 
 
 def test_a_robot_that_ignores_host_baud_works_at_its_own_speed(server, patience, monkeypatch):

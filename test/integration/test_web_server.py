@@ -136,13 +136,6 @@ def test_first_words_that_make_no_sense(site, words):
     connection.shutdown()
 
 
-def test_who_says_nothing_is_closed(site):
-    connection = websocket.create_connection(site.base.replace("http", "ws") + "page", timeout=LIMIT)
-    code, data = connection.recv_data()
-    assert code == websocket.ABNF.OPCODE_CLOSE and data[:2] == (4408).to_bytes(2, "big")
-    connection.shutdown()
-
-
 def test_the_61st_viewer_is_told_why(site):
     viewers = []
     try:

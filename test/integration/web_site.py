@@ -60,15 +60,20 @@ class HeardCommands:
         return [at for at, name, value in self.since(start) if name == "STOP" or name == "VEL" and not value]
 
 
+OWNER = ("import sys; from pioneer_control.web import __main__, owner; vars(owner).update(%r); "
+         "sys.exit(__main__.main())")
+
+
 class Site:
-    """``python3 -m pioneer_control.web`` as a process, on any free port.
+    """``python3 -m pioneer_control.web`` as a process, on any free port. ``constants``: numbers of the owner that are
+    others here, by their names.
 
     Attributes:
         process: the owner.
         base, key: the page's address, without and with its key.
     """
 
-    def __init__(self, folder, *arguments, port=0, page="stand-in"):
+    def __init__(self, folder, *arguments, port=0, page="stand-in", **constants):
         if page is not None:    # else that of the package
             page = folder / "page"
             page.mkdir(exist_ok=True)
@@ -80,7 +85,8 @@ class Site:
         self.began = time.monotonic()
         with open(str(self.log), "w") as log:
             self.process = subprocess.Popen(
-                [sys.executable, "-m", "pioneer_control.web", "--port", str(port), *arguments],
+                [sys.executable, *(["-c", OWNER % constants] if constants else ["-m", "pioneer_control.web"]), "--port",
+                 str(port), *arguments],
                 stdout=subprocess.PIPE, stderr=log, universal_newlines=True)
         first = self.process.stdout.readline()
         assert "http" in first, first + self.errors
@@ -128,18 +134,22 @@ def is_alive(pid):
 
 
 @contextlib.contextmanager
-def site_with_robot(folder, *arguments, model="p3dx-sh"):
+def site_with_robot(folder, *arguments, model="p3dx-sh", **constants):
     """Run a robot and a site. Yields the site, the simulator's server, and the commands that the robot hears."""
     firmware = Firmware(find_model(model), load_world("empty"))
     heard = HeardCommands(firmware)
-    with Server(firmware, tcp=0) as robot, Site(folder, robot.url, *arguments) as site:
+    with Server(firmware, tcp=0) as robot, Site(folder, robot.url, *arguments, **constants) as site:
         yield site, robot, heard
 
 
-class Alone:
-    """A web server whose owner is the test."""
+ALONE = "import sys; from pioneer_control.web import server; vars(server).update(%r); server.main(sys.argv[1:])"
 
-    def __init__(self, folder):
+
+class Alone:
+    """A web server whose owner is the test. ``constants``: numbers of the server that are others here, by their names.
+    """
+
+    def __init__(self, folder, **constants):
         self.key = "k" * 20
         self.sockets = listen(["127.0.0.1"], 0)
         self.base = "http://127.0.0.1:%d/" % self.sockets[0].getsockname()[1]
@@ -147,8 +157,8 @@ class Alone:
         self.unpacker = Unpacker()
         with theirs:
             self.process = subprocess.Popen(
-                [sys.executable, "-m", "pioneer_control.web.server", str(theirs.fileno()),
-                 str(self.sockets[0].fileno()), str(folder)],
+                [sys.executable, "-c", ALONE % constants, str(theirs.fileno()), str(self.sockets[0].fileno()),
+                 str(folder)],
                 pass_fds=[theirs.fileno(), self.sockets[0].fileno()])
         self.end.sendall(packed_json(CONFIGURE, {"keys": {self.key: True}, "title": "t", "hosts": ["localhost"]}))
 
@@ -179,13 +189,14 @@ class Viewer:
         texts: all texts that came, as pairs of kind and value.
         frames: the newest frame of each robot.
         closed: the code and reason with which the server closed the connection; None while it is open.
+        obeys: whether a hand that holds a key lets go and presses anew when it is told to let go.
     """
 
     def __init__(self, site, key=None, visitor="visitor0123456789", draws=True, reads=True, **options):
         self.texts, self.frames, self.closed = [], {}, None
         self.messages = self.bytes = 0
         self.draws = draws
-        self.hand = None
+        self.hand, self.obeys = None, False
         self.socket = websocket.create_connection(
             site.base.replace("http", "ws") + "page", timeout=LIMIT, enable_multithread=True, **options)
         self.send(key=site.key if key is None else key, visitor=visitor)
@@ -200,6 +211,8 @@ class Viewer:
     def __exit__(self, *_):
         self.let_go()
         self._running = False
+        with contextlib.suppress(OSError, AttributeError):      # it may be closed already
+            self.socket.sock.shutdown(socket.SHUT_RDWR)         # wakes the thread, other than a close
         self.socket.shutdown()
         if self._thread.is_alive():
             self._thread.join()
@@ -249,9 +262,12 @@ class Viewer:
             self.hand = None
 
     def _hold(self, gone, robot, forward, turn):
+        told = 0
         while not gone.wait(PERIOD):
+            before, told = told, sum("let go" in each["text"] for each in self.of("said"))
+            released = self.obeys and told > before
             try:
-                self.drive(robot, forward, turn)
+                self.drive(robot, 0.0 if released else forward, 0.0 if released else turn)
             except (OSError, websocket.WebSocketException):
                 return
 

@@ -202,17 +202,15 @@ class TutorialNodes(unittest.TestCase):
         self.assert_told_to_stand_and_stands()
 
     def test_9_a_driver_that_is_not_there_is_said(self):
-        """Row 9: the program waits for a while, and says what to start."""
-        output, status = self.end_of(self.start(ADVANCED + ["nobody"]))
-        self.assertEqual(status, 1, output)
-        self.assertIn("Does the driver run", output)
-        self.assertIn("/nobody/cmd_vel", output)
-        self.assertNotIn("Traceback", output)
-
-    def test_9a_the_simple_node_names_the_topic_it_waits_for(self):
-        output, status = self.end_of(self.start(SIMPLE + ["nobody"]))
-        self.assertEqual(status, 1, output)
-        self.assertIn("nothing comes on /nobody/motor_state", output)
+        """Row 9: both programs wait for a while, side by side, and say what to start, or what they wait for."""
+        advanced, simple = (self.start(command + ["nobody"]) for command in (ADVANCED, SIMPLE))
+        for program, said in ((advanced, ["Does the driver run", "/nobody/cmd_vel"]),
+                              (simple, ["nothing comes on /nobody/motor_state"])):
+            output, status = self.end_of(program)
+            self.assertEqual(status, 1, output)
+            for text in said:
+                self.assertIn(text, output)
+            self.assertNotIn("Traceback", output)
         self.assertEqual(self.given(), [])
 
     def test_9a_with_a_model_it_drives_beside_a_driver_without_robot_info(self):

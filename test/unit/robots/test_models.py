@@ -144,6 +144,13 @@ def test_a_users_file_overrides_any_value(user_file):
     assert find_model("p3dx-sh").dist_mm_per_unit == 1
 
 
+def test_our_models_are_read_once_and_a_users_file_each_time(user_file):
+    assert find_model("p3dx-sh") is find_model("p3dx-sh")
+    for number in (0.9, 0.8):
+        path = user_file("models:\n  p3dx-sh: {dist_mm_per_unit: %s}\n" % number)
+        assert find_model("p3dx-sh", path).dist_mm_per_unit == number
+
+
 def test_the_wheel_radius_is_known_for_some_and_may_be_left_out(user_file):
     assert (find_model("p3dx").wheel_radius, find_model("p3at-sh").wheel_radius,
             find_model("amigo-sh").wheel_radius) == (0.0975, 0.1075, None)
