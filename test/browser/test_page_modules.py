@@ -145,7 +145,7 @@ def test_gamepads(module):
 
 # --- Camera ---
 
-CAMERA = "const c = new m.Camera(); c.set({width: 800, height: 600}); c.fit([0, 0, 4, 2]); %s"
+CAMERA = "const c = new m.Camera(); Object.assign(c, {width: 800, height: 600}); c.fit([0, 0, 4, 2]); %s"
 
 
 def test_the_camera_goes_there_and_back(module):

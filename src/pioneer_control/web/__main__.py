@@ -119,15 +119,15 @@ def serve_class(options: argparse.Namespace, ending: "Signals", stack: contextli
     simulator = stack.enter_context(simulator_process(truth, "--robots", str(count), "--world", world))
     from .class_desk import ClassDesk       # late: the simulator starts meanwhile
     from .client_crew import ClientCrew
-    from .qr import qr_lines, qr_rows
+    from .qr import qr_image, qr_lines, qr_rows
     site = opened("class", options, stack, is_class=True)
     urls = urls_of(simulator, ending, count)
     if ending.wanted.is_set():
         return
     owner = Owner(site.listening, site.told, folder=options.folder, say=say)
     code = qr_rows(site.class_address)
-    desk = ClassDesk(range(1, count + 1), {"address": site.class_address, "qr": code, "worlds": [world]}, owner.outbox,
-                     owner.programs, owner.vacate)
+    desk = ClassDesk(range(1, count + 1), {"address": site.class_address, "qr": qr_image(code), "worlds": [world]},
+                     owner.outbox, owner.programs, owner.vacate)
     owner.rules = desk
     crew = ClientCrew(urls, truth, owner, desk)
     stack.callback(crew.close)

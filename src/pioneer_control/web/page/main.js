@@ -4,7 +4,7 @@ import {listenHand} from "./controls.js";
 import {Deadman, Hand} from "./hand.js";
 import {MapPicture} from "./map.js";
 import {Model} from "./model.js";
-import {$, put, show, showAll} from "./panel.js";
+import {$, items, put, show, showAll} from "./panel.js";
 import {Recording, unpacked} from "./recording.js";
 import {Live} from "./source.js";
 import {TimeLine} from "./timeline.js";
@@ -25,6 +25,7 @@ function say(text) {
 	saidAt = performance.now();
 }
 
+// An order for the chosen robot, if `more` names no other: undefined is no robot.
 function act(order, more) {
 	if (!live.send({do: order, robot: chosen?.number, ...more})) say("No connection: nothing was sent.");
 }
@@ -44,27 +45,20 @@ function choose(number) {
 	dirty = true;
 }
 
-function step(way) {
-	const {list} = model, next = list[(list.indexOf(chosen) + way + list.length) % list.length];
-	if (next) choose(next.number);
-}
-
 // Something came: keep the chosen robot, if it is still there.
 function changed() {
 	if (!model.list.includes(chosen)) choose(model.list.find(robot => robot.info.yours)?.number);
 	dirty = true;
 }
 
-// --- What comes in ---
+const TEXTS = {
+	hello: greet, join, class: showClass, said: ({text}) => say(text), mine: value => Object.assign(mine, value),
+	program: ({robot, path, key}) => keys.set(robot, `Robot("ws://${location.host}${path}", key="${key}")`),
+};
 
 function text(kind, value) {
 	model.take(kind, value);
-	if (kind === "hello") greet(value);
-	if (kind === "said") say(value.text);
-	if (kind === "join") join(value);
-	if (kind === "class") showClass(value);
-	if (kind === "mine") Object.assign(mine, value);
-	if (kind === "program") keys.set(value.robot, `Robot("ws://${location.host}${value.path}", key="${value.key}")`);
+	TEXTS[kind]?.(value);
 	if ("name" in mine && $("teacher").hidden) for (const robot of model.list) robot.info.yours = robot.number === mine.robot;
 	if (kind === "mine" && mine.robot) choose(mine.robot);
 	changed();
@@ -87,17 +81,11 @@ function join(wanted) {
 }
 
 function showClass({address, qr, students, paused}) {
-	const code = $("class-code"), side = qr.length + 8, pen = code.getContext("2d");
 	show("class", true);
+	Object.assign($("class-code"), {src: qr, hidden: !qr});
 	put("class-address", address);
 	put("pause", paused ? "Go on" : "Pause");
-	$("students").replaceChildren(...students.map(([robot, name, state]) =>
-		Object.assign(document.createElement("li"), {textContent: `${robot} ${name}${state === "here" ? "" : ", away"}`})));
-	code.width = code.height = side;
-	pen.fillStyle = "#fff";
-	pen.fillRect(0, 0, side, side);
-	pen.fillStyle = "#000";
-	qr.forEach((row, y) => [...row].forEach((dark, x) => dark === "1" && pen.fillRect(x + 4, y + 4, 1, 1)));
+	items($("students"), students, (item, [robot, name, state]) => put(item, `${robot} ${name}${state === "here" ? "" : ", away"}`));
 }
 
 function frames(list) {
@@ -107,7 +95,7 @@ function frames(list) {
 
 function connection(state, reason) {
 	put("mode", state);
-	put("notice", state === "no key" ? "Open this page with its whole address, as the server printed it: with # and the key at its end." : reason);
+	put("notice", reason);
 	if (state !== "live") return controls.drop();
 	for (const robot of stopsToSend) stop(robot);
 	stopsToSend.clear();
@@ -122,7 +110,7 @@ async function recorded(data) {
 }
 
 function record(value) {
-	recording = Object.assign(new Recording(value, model), {at: recording?.at || 0});		// said again after a break
+	recording = new Recording({...value, at: recording?.at}, model);		// said again after a break
 	timeline = new TimeLine(recording, changed);
 	document.body.classList.add("recorded");
 	show("time", true);
@@ -132,12 +120,11 @@ function record(value) {
 	for (const {robot, data} of value.columns) if (data) unpack(robot, Uint8Array.from(atob(data), each => each.charCodeAt()));
 }
 
-async function unpack(robot, packed) {
-	await recording.unpack(robot, packed);
-	dress();
+function unpack(robot, packed) {
+	recording.unpack(robot, packed).then(dress);
 }
 
-// The size, the colours, or what is unpacked of a recording changed.
+// The size, the colours, or what is unpacked changed.
 function dress() {
 	picture.dress();
 	timeline?.seek(recording.at);
@@ -145,14 +132,12 @@ function dress() {
 	dirty = true;
 }
 
-// --- Keys and buttons ---
-
 const ACTIONS = {
-	unlock: () => act("unlock"), "unlock-all": () => act("unlock", {robot: "all"}), take: () => act("take"), release: () => act("release"),
 	"motors-switch": () => act("motors", {on: $("Motors").textContent === "off"}), slower: () => raise(-0.05), faster: () => raise(0.05),
-	fit: () => camera.fitted = true, "zoom-in": () => camera.zoom(1.25), "zoom-out": () => camera.zoom(0.8), follow: () => Object.assign(camera, {follows: !camera.follows, fitted: false}),
+	fit: () => camera.fitted = true, "zoom-in": () => camera.zoom(1.25), "zoom-out": () => camera.zoom(0.8),
+	follow: () => Object.assign(camera, {follows: !camera.follows, fitted: false}),
 	"mark-previous": () => timeline.jump(-1), "mark-next": () => timeline.jump(1), play: () => timeline.toggle(),
-	pause: () => live.send({do: "pause", on: $("pause").textContent === "Pause"}), reset: () => act("reset"), "reset-all": () => act("reset", {robot: "all"}),
+	pause: () => act("pause", {on: $("pause").textContent === "Pause", robot: undefined}),
 	"help-open": () => {
 		controls.drop();
 		$("help").showModal();
@@ -161,9 +146,9 @@ const ACTIONS = {
 
 // A key does what the button does that names it, if that can be seen.
 function pressed(key) {
-	const name = key.toUpperCase(), button = document.querySelector(`[aria-keyshortcuts~="${CSS.escape(name)}"]`);
+	const {list} = model, name = key.toUpperCase(), way = {N: 1, P: -1}[name], button = document.querySelector(`[aria-keyshortcuts~="${CSS.escape(name)}"]`);
 	if (button?.checkVisibility()) button.click();
-	if (name === "N" || name === "P") step(name === "N" ? 1 : -1);
+	if (way) choose(list.at((list.indexOf(chosen) + way) % list.length)?.number);
 }
 
 function raise(by) {
@@ -187,8 +172,10 @@ function listenStop(button, robot) {
 	button.onclick = event => event.detail || stop(robot);
 }
 
-for (const [id, action] of Object.entries(ACTIONS)) $(id).onclick = () => {
-	action();
+// A button with a name is an order, for the robot that is its value: without one the chosen robot.
+document.onclick = ({target: {id, name, value}}) => {
+	ACTIONS[id]?.();
+	if (name) act(name, value && {robot: value});
 	dirty = true;
 };
 $("tiles").onclick = event => choose(Number(event.target.closest("button").value));
@@ -201,8 +188,6 @@ listenForm($("say-text"), text => {
 });
 listenView($("moving"), camera, () => dirty = true, at => choose(picture.robotAt(at) ?? chosen?.number));
 
-// --- Each picture ---
-
 function turn() {
 	requestAnimationFrame(turn);
 	controls.poll();
@@ -210,10 +195,9 @@ function turn() {
 	timeline?.advance((now - turnedAt) / 1000);
 	turnedAt = now;
 	if (dirty || want) {
-		const {world} = model;
-		if (camera.fitted && world) camera.fit(world.bounds);
-		if (frame && (camera.follows || camera.fitted && !world)) Object.assign(camera, model.pose(chosen));
-		$("follow").ariaPressed = String(camera.follows);
+		if (camera.fitted && model.world) camera.fit(model.world.bounds);
+		if (frame && (camera.follows || camera.fitted && !model.world)) Object.assign(camera, model.pose(chosen));
+		$("follow").ariaPressed = camera.follows;
 		picture.draw(model, chosen);
 		timeline?.draw();
 		showAll(model, chosen, !recording);
@@ -230,17 +214,14 @@ function turn() {
 
 function showAge(now, frame) {
 	const age = !frame ? Infinity : recording ? 1000 * recording.at - frame.stamp : 1000 * frame.age + now - chosen.sent;
-	const old = age > OLD && Boolean(chosen), words = !frame ? "" : age < 1000 ? `${Math.round(age)} ms` : `${(age / 1000).toFixed(1)} s`;
-	document.body.classList.toggle("is-old", old);
+	const old = age > OLD && chosen, words = !frame ? "" : age < 1000 ? `${Math.round(age)} ms` : `${(age / 1000).toFixed(1)} s`;
 	show("old", old);
 	put("old-words", !old ? "" : recording ? "NO DATA" : frame ? "OLD PICTURE:" : "NO PICTURE");
 	put("old-age", words);
 	if (!old && now - ageAt < READ) return;
-	put("age-text", words ? words + " old" : "none");
+	put("age-text", words ? words + " old" : "none", old && "bad");
 	ageAt = now;
 }
-
-// --- Beginning ---
 
 // What the browser keeps. It may forbid that: then nothing is kept.
 function storage(name) {
@@ -254,14 +235,14 @@ function storage(name) {
 function firstWords() {
 	const session = storage("sessionStorage"), local = storage("localStorage");
 	session.key = location.hash.slice(1) || session.key || "";
-	local.visitor ||= Array.from(crypto.getRandomValues(new Uint8Array(32)), each => (each % 36).toString(36)).join("");
+	local.visitor ||= crypto.getRandomValues(new Uint32Array(4)).join("");
 	history.replaceState(null, "", location.pathname);
 	return {key: session.key, visitor: local.visitor};
 }
 
 dress();
 if ($("recording")) record(JSON.parse($("recording").textContent));
-else live = new Live(location.origin.replace("http", "ws") + "/page", firstWords(), {text, frames, state: connection, recorded});
+else live = new Live("/page", firstWords(), {text, frames, state: connection, recorded});
 onhashchange = () => live && location.hash.length > 1 && location.reload();
 new ResizeObserver(dress).observe($("moving"));
 matchMedia("(prefers-color-scheme: dark)").onchange = dress;

@@ -8,9 +8,12 @@ import {roundLength} from "./view.js";
 const NEAR = 0.5;	// m: an echo nearer than this is red, with a thick arc
 const LEAST = 10;	// pixels: no robot is drawn with a smaller radius
 
-export function colours() {
-	const style = getComputedStyle(document.documentElement);
-	return new Proxy({}, {get: (known, name) => known[name] ||= style.getPropertyValue("--" + name).trim()});
+// The colours of the style sheet as they are now. Whether light or dark is known only of an element that has the colour.
+export function colours(canvas) {
+	return new Proxy({}, {get(known, name) {
+		if (!known[name]) canvas.style.color = `var(--${name})`;
+		return known[name] ||= getComputedStyle(canvas).color;
+	}});
 }
 
 // Makes a canvas as fine as the screen. Returns its context, in pixels of CSS.
@@ -26,11 +29,10 @@ export class MapPicture {
 		Object.assign(this, {canvases: [floor, moving], camera});
 	}
 
-	// The size or the colours changed.
 	dress() {
-		const {clientWidth: width, clientHeight: height} = this.canvases[1];
-		this.camera.set({width, height});
-		Object.assign(this, {colour: colours(), contexts: this.canvases.map(sized), grid: null});
+		const [floor] = this.canvases;
+		Object.assign(this.camera, {width: floor.clientWidth, height: floor.clientHeight});
+		Object.assign(this, {colour: colours(floor), contexts: this.canvases.map(sized), grid: null});
 	}
 
 	draw(model, chosen) {
@@ -55,13 +57,10 @@ export class MapPicture {
 	}
 
 	// The number of the robot under a place on the screen.
-	robotAt([px, py]) {
-		const far = ({pose: {x, y}}) => Math.hypot(...this.camera.toScreen([x, y]).map((each, axis) => each - [px, py][axis]));
-		const nearest = [...this.robots].sort((one, other) => far(one) - far(other))[0];
-		return nearest && far(nearest) < Math.max(26, 0.3 * this.camera.scale) ? nearest.robot.number : undefined;
+	robotAt(pixel) {
+		const [x, y] = this.camera.toWorld(pixel), far = ({pose}) => Math.hypot(pose.x - x, pose.y - y);
+		return this.robots.filter(each => far(each) < Math.max(26 / this.camera.scale, 0.3)).sort((one, other) => far(one) - far(other))[0]?.robot.number;
 	}
-
-	// --- Pencils ---
 
 	onCanvas(number, draw) {
 		const {x, y, scale, width, height} = this.camera;
@@ -120,8 +119,6 @@ export class MapPicture {
 		ctx.fillText(text, x, y - above + 0.5);
 	}
 
-	// --- What stands still ---
-
 	drawFloor(world) {
 		const {camera, ctx} = this, {scale, width, height} = camera, thick = Math.max(2, Math.min(6, 0.06 * scale));
 		const {bounds: [x1, y1, x2, y2], grid, walls = [], boxes = [], posts = []} = world || {bounds: [0, 0, 0, 0]};
@@ -155,9 +152,7 @@ export class MapPicture {
 		this.within({x, y, heading}, resolution, () => this.ctx.drawImage(this.cells, 0, 0));
 	}
 
-	// --- What moves: `mine` is the chosen robot ---
-
-	// A sonar hears in a cone. What it heard is somewhere on the arc.
+	// A sonar hears in a cone. What it heard is somewhere on the arc. `mine` is the chosen robot.
 	drawCones({robot: {info, frame}, mine, pose}) {
 		this.within(pose, 1, () => (mine ? info.sonar : []).forEach((one, i) => {
 			const range = frame.ranges[i], near = range < NEAR, colour = near ? "bad" : "can";

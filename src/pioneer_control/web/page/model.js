@@ -5,6 +5,7 @@ import {FLAG} from "./frames.js";
 const STEP = 0.03;		// m between two points of a trail
 const MOST = 6000;		// points of a trail
 const UNTOLD = {status: {link: "ok", faults: []}, helm: {locks: [], limit: [0.2, 0.6]}};	// until the server tells
+const NOTHING = {world: null, origins: {}, cans: [], goals: {}, log: []};
 
 // A point in the frame of a pose, in the frame that the pose is in.
 export function place({x: left, y: top, heading}, [x, y]) {
@@ -40,14 +41,14 @@ class Robot {
 }
 
 export class Model {
+	list = [];
+
 	constructor() {
-		this.list = [];
 		this.forget();
 	}
 
-	// Nothing was told yet.
 	forget() {
-		Object.assign(this, {world: null, origins: {}, cans: [], goals: {}, log: []});
+		Object.assign(this, NOTHING);
 		for (const robot of this.list) Object.assign(robot, UNTOLD);
 	}
 
@@ -55,7 +56,6 @@ export class Model {
 		return this.list.find(robot => robot.number === number);
 	}
 
-	// Takes one text of the server.
 	take(kind, value) {
 		const robot = this.robot(value?.robot);
 		if (kind === "robots") this.list = value.map(info => Object.assign(this.robot(info.robot) || new Robot(info.robot), {info}))
@@ -63,7 +63,7 @@ export class Model {
 		else if (kind === "said") this.log = [...this.log.slice(-7), value];
 		else if (kind in UNTOLD && robot) robot[kind] = {...UNTOLD[kind], ...value};
 		else if (kind === "trail" && robot) robot.trail = value.points;
-		else if (["origins", "cans", "goals", "world"].includes(kind)) this[kind] = value;
+		else if (kind in NOTHING) this[kind] = value;
 	}
 
 	// Where the odometry of a robot begins in the map.

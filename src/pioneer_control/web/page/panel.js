@@ -25,7 +25,7 @@ function make(parent, tag, more) {
 }
 
 // Makes an item for each value of a list, where they changed.
-function items(list, values, fill) {
+export function items(list, values, fill) {
 	const key = JSON.stringify(values);
 	if (list.dataset.key === key) return;
 	list.dataset.key = key;
@@ -95,9 +95,9 @@ function showRobot(robot, live, mine) {
 		"motors-switch": "Switch motors " + (robot.is(FLAG.motors) ? "off" : "on")};
 	for (const id in texts) put(id, texts[id]);
 	for (const title in NUMBERS) put(title, ...frame ? NUMBERS[title](robot) : ["–"]);
-	put("link", link === "ok" ? "" : "No link: " + (lost || link), "error");
 	$("helm").dataset.kind = kind;
-	items($("faults"), faults, (item, {level, task, text}) => put(item, `${level === "error" ? "✖" : "▲"} ${task}: ${text}`, level));
+	items($("faults"), link === "ok" ? faults : [{level: "error", task: "No link", text: lost || link}, ...faults],
+		(item, {level, task, text}) => put(item, `${level === "error" ? "✖" : "▲"} ${task}: ${text}`, level));
 	show("controls", mine);
 	show("grip", frame?.gripper);
 }

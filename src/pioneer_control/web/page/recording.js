@@ -11,7 +11,7 @@ export async function unpacked(packed) {
 
 export class Recording {
 	constructor(value, model) {
-		Object.assign(this, {marks: [], ...value, model, at: 0, said: 0, unpacked: new Map()});
+		Object.assign(this, {marks: [], ...value, model, at: value.at || 0, said: 0, unpacked: new Map()});
 	}
 
 	async unpack(robot, packed) {

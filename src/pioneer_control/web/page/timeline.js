@@ -20,8 +20,7 @@ export class TimeLine {
 	toggle() {
 		if (!this.playing && this.recording.at >= this.recording.duration) this.seek(0);
 		this.playing = !this.playing;
-		$("play").textContent = this.playing ? "❚❚" : "▶";
-		$("play").ariaLabel = this.playing ? "Pause" : "Play";
+		Object.assign($("play"), this.playing ? {textContent: "❚❚", ariaLabel: "Pause"} : {textContent: "▶", ariaLabel: "Play"});
 	}
 
 	seek(at) {
@@ -30,7 +29,7 @@ export class TimeLine {
 	}
 
 	jump(way) {
-		const ahead = ({at}) => way * (at - this.recording.at) > 0.05, mark = way > 0 ? this.marks.find(ahead) : this.marks.findLast(ahead);
+		const mark = this.marks[way > 0 ? "find" : "findLast"](({at}) => way * (at - this.recording.at) > 0.05);
 		if (mark) this.seek(mark.at);
 		put("mark-text", mark?.text);
 	}
@@ -43,7 +42,7 @@ export class TimeLine {
 
 	dress(number) {
 		const {marks, unpacked} = this.recording;
-		Object.assign(this, {ctx: sized($("curve")), colour: colours(), columns: unpacked.get(number),
+		Object.assign(this, {ctx: sized($("curve")), colour: colours($("curve")), columns: unpacked.get(number),
 			marks: marks.filter(mark => [number, null, undefined].includes(mark.robot))});
 	}
 
