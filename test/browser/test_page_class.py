@@ -72,3 +72,46 @@ def test_the_teacher_sees_who_is_who_and_the_address_and_pauses(page):
     assert page.server.of("pause") == [{"do": "pause", "on": True}]
     assert page.server.of("reset") == [{"do": "reset", "robot": "all"}]
     page.drive()        # a teacher drives any robot
+
+
+def teacher(page, **changes):
+    """Open a page as the server of a class shows it to the teacher, with the part of the class open."""
+    page.open(numbers=(1, 2), teacher=True)
+    page.server.say("mine", {"robot": None, "name": ""})
+    page.server.say("class", dict({"address": "http://here:8080/#KEY", "qr": QR, "paused": False, "speed": 1.0,
+                                   "students": [[2, "Bob", "here"]], "worlds": ["classroom"],
+                                   "tasks": [["square", "Drive a square"], ["goal", "Reach the goal"]]}, **changes))
+    page.js("document.getElementById('class').open = true")
+    page.shows("students", "2 Bob")
+
+
+def choose(page, select, value):
+    """Choose in a list as a person does."""
+    page.js("const s = document.getElementById(arguments[0]); s.value = arguments[1];"
+            "s.dispatchEvent(new Event('change', {bubbles: true}))", select, value)
+
+
+def test_the_teacher_sets_the_speed_of_time_and_frees_a_robot(page):
+    teacher(page, speed=2.0)
+    assert page.js("return document.getElementById('speed').value") == "2"
+    choose(page, "speed", "0.5")
+    page.press("KeyN")
+    page.shows("free", "Free robot 2")
+    page.click("free")
+    until(lambda: page.server.of("free"), "both are sent")
+    assert page.server.of("speed") == [{"do": "speed", "speed": 0.5}]
+    assert page.server.of("free") == [{"do": "free", "robot": 2}]
+
+
+def test_the_teacher_hands_out_faults_and_ends_them(page):
+    teacher(page)
+    for words, button in (("loss_0.2", "to robot 1"), ("stop_button", "to all"), (" ", "to all")):
+        page.js("document.getElementById('fault').value = arguments[0];"
+                "[...document.querySelectorAll('#desk button')].find(b => b.textContent === arguments[1]).click()",
+                words, button)
+    page.server.say("faults", ["loss 0.2 robot 1", "stop_button"])
+    page.shows("faults-on", "loss 0.2 robot 1\nstop_button")
+    page.js("document.querySelector('[name=clear_faults]').click()")
+    until(lambda: page.server.of("clear_faults") == [{"do": "clear_faults"}], "it ends all faults")
+    assert page.server.of("fault") == [{"do": "fault", "robot": 1, "words": "loss 0.2"},
+                                       {"do": "fault", "robot": "all", "words": "stop_button"}]

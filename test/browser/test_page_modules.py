@@ -52,7 +52,7 @@ ROWS = [(0, 10, 20, 65000, 0, 0, 3, 0, 50, 251), (100, -1500, 20, 66000, 250, -1
 
 def test_columns_are_read(module):
     found = module("frames.js", """
-        const c = m.decodeColumns(Uint8Array.from(a[0]), 2, 2), f = m.frameAt(c, 1, 7);
+        const c = m.decodeColumns(Uint8Array.from(a[0]).buffer, 2, 2), f = m.frameAt(c, 1, 7);
         return [[...c.time], [...c.heading], [...c.flags], {...f,
             ranges: f.ranges.map(String)}]""", list(columns(ROWS, 2)))
     assert found[:3] == [[0, 100], [65000, 66000], [3, 259]]
@@ -62,7 +62,7 @@ def test_columns_are_read(module):
 
 
 def test_columns_of_another_length_are_refused(module):
-    body = "try { m.decodeColumns(Uint8Array.from(a[0]), 2, 3); return '' } catch (error) { return error.message }"
+    body = "try { m.decodeColumns(Uint8Array.from(a[0]).buffer, 2, 3); return '' } catch (error) { return error.message }"
     assert "length" in module("frames.js", body, list(columns(ROWS, 2)))
 
 

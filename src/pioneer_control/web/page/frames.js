@@ -29,9 +29,9 @@ export function decodeFrames(buffer) {
 }
 
 // Columns of one robot, unpacked: each number was written as its difference to the one before.
-export function decodeColumns(bytes, rows, sonar) {
-	const count = COLUMNS.length + sonar, view = new DataView(bytes.buffer), columns = {rows, ranges: []};
-	if (bytes.byteLength !== 4 * rows * count) throw new Error("columns of a wrong length");
+export function decodeColumns(buffer, rows, sonar) {
+	const count = COLUMNS.length + sonar, view = new DataView(buffer), columns = {rows, ranges: []};
+	if (buffer.byteLength !== 4 * rows * count) throw new Error("columns of a wrong length");
 	for (let column = 0; column < count; column++) {
 		const numbers = new Int32Array(rows);
 		for (let row = 0, sum = 0; row < rows; row++) numbers[row] = sum += view.getInt32(4 * (column * rows + row), true);

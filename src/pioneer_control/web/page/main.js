@@ -13,6 +13,7 @@ import {Camera, listenView} from "./view.js";
 const OLD = 500;	// ms: a picture older than this is called old
 const READ = 400;	// ms that a number stays, to be read
 const SAID = 6000;	// ms that a message stays on the map
+const GENERAL = ["pause", "speed", "clear_faults"];		// orders that are for no robot
 
 const model = new Model(), camera = new Camera(), picture = new MapPicture($("floor"), $("moving"), camera);
 const hand = new Hand(), deadman = new Deadman(message => live.send(message)), stopsToSend = new Set();
@@ -25,9 +26,8 @@ function say(text) {
 	saidAt = performance.now();
 }
 
-// An order for the chosen robot, if `more` names no other: undefined is no robot.
-function act(order, more) {
-	if (!live.send({do: order, robot: chosen?.number, ...more})) say("No connection: nothing was sent.");
+function act(order, more, robot = GENERAL.includes(order) ? undefined : chosen?.number) {
+	if (!live.send({do: order, robot, ...more})) say("No connection: nothing was sent.");
 }
 
 // A stop that cannot go now goes as soon as it can: it never does harm.
@@ -52,7 +52,7 @@ function changed() {
 }
 
 const TEXTS = {
-	hello: greet, join, class: showClass, said: ({text}) => say(text), mine: value => Object.assign(mine, value),
+	hello: greet, join, class: showClass, faults: list => items($("faults-on"), list, put), said: ({text}) => say(text), mine: value => Object.assign(mine, value),
 	program: ({robot, path, key}) => keys.set(robot, `Robot("ws://${location.host}${path}", key="${key}")`),
 };
 
@@ -80,11 +80,12 @@ function join(wanted) {
 	if (wanted) $("my-name").focus();
 }
 
-function showClass({address, qr, students, paused}) {
+function showClass({address, qr, students, paused, speed}) {
 	show("class", true);
 	Object.assign($("class-code"), {src: qr, hidden: !qr});
 	put("class-address", address);
 	put("pause", paused ? "Go on" : "Pause");
+	$("speed").value = speed;
 	items($("students"), students, (item, [robot, name, state]) => put(item, `${robot} ${name}${state === "here" ? "" : ", away"}`));
 }
 
@@ -105,7 +106,7 @@ function connection(state, reason) {
 async function recorded(data) {
 	await unpacking;
 	const bytes = new Uint8Array(data);
-	if (bytes[0] === 3) unpacking = unpacked(bytes.subarray(1)).then(json => record(JSON.parse(new TextDecoder().decode(json))));
+	if (bytes[0] === 3) unpacking = unpacked(bytes.subarray(1)).json().then(record);
 	else unpack(bytes[1] + 256 * bytes[2], bytes.subarray(3));
 }
 
@@ -137,7 +138,7 @@ const ACTIONS = {
 	fit: () => camera.fitted = true, "zoom-in": () => camera.zoom(1.25), "zoom-out": () => camera.zoom(0.8),
 	follow: () => Object.assign(camera, {follows: !camera.follows, fitted: false}),
 	"mark-previous": () => timeline.jump(-1), "mark-next": () => timeline.jump(1), play: () => timeline.toggle(),
-	pause: () => act("pause", {on: $("pause").textContent === "Pause", robot: undefined}),
+	pause: () => act("pause", {on: $("pause").textContent === "Pause"}),
 	"help-open": () => {
 		controls.drop();
 		$("help").showModal();
@@ -161,7 +162,7 @@ function listenForm(field, send) {
 	field.form.onsubmit = event => {
 		event.preventDefault();
 		const words = field.value.replace(/_/g, " ").trim();
-		if (words) send(words);
+		if (words) send(words, event.submitter);
 		field.blur();
 	};
 }
@@ -172,10 +173,10 @@ function listenStop(button, robot) {
 	button.onclick = event => event.detail || stop(robot);
 }
 
-// A button with a name is an order, for the robot that is its value: without one the chosen robot.
+// A button with a name is an order, for the robot that is its value: without one for the chosen robot.
 document.onclick = ({target: {id, name, value}}) => {
 	ACTIONS[id]?.();
-	if (name) act(name, value && {robot: value});
+	if (name) act(name, {}, value || undefined);
 	dirty = true;
 };
 $("tiles").onclick = event => choose(Number(event.target.closest("button").value));
@@ -183,6 +184,8 @@ $("grip").onclick = event => act("gripper", {command: event.target.value});
 listenStop($("stop"));
 listenStop($("stop-all"), "all");
 listenForm($("my-name"), name => live.send({do: mine.joins ? "join" : "name", name}));
+listenForm($("fault"), (words, {value}) => act("fault", {words: words.replace("stop button", "stop_button")}, value || undefined));
+$("speed").onchange = event => act("speed", {speed: Number(event.target.value)});
 listenForm($("say-text"), text => {
 	if (live.send({do: "say", text})) $("say-text").value = "";
 });
@@ -219,7 +222,7 @@ function showAge(now, frame) {
 	put("old-words", !old ? "" : recording ? "NO DATA" : frame ? "OLD PICTURE:" : "NO PICTURE");
 	put("old-age", words);
 	if (!old && now - ageAt < READ) return;
-	put("age-text", words ? words + " old" : "none", old && "bad");
+	put("age-text", words ? words + " old" : "none", old && "error");
 	ageAt = now;
 }
 

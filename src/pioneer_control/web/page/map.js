@@ -50,7 +50,7 @@ export class MapPicture {
 		});
 		for (const [number, goal] of Object.entries(goals)) this.plate("goal " + number, goal, 22, "goal");
 		for (const {robot, mine, pose, reach, grown} of robots) {
-			const [kind, sign] = stateOf(robot), text = robot.number + (kind === "bad" || kind === "none" ? " " + sign : "");
+			const [kind, sign] = stateOf(robot), text = robot.number + (kind === "error" || kind === "none" ? " " + sign : "");
 			this.plate(text, [pose.x, pose.y], reach * grown * scale + 12, kind, ...mine ? ["card", "ink"] : []);
 		}
 		this.robots = robots;
@@ -155,7 +155,7 @@ export class MapPicture {
 	// A sonar hears in a cone. What it heard is somewhere on the arc. `mine` is the chosen robot.
 	drawCones({robot: {info, frame}, mine, pose}) {
 		this.within(pose, 1, () => (mine ? info.sonar : []).forEach((one, i) => {
-			const range = frame.ranges[i], near = range < NEAR, colour = near ? "bad" : "can";
+			const range = frame.ranges[i], near = range < NEAR, colour = near ? "error" : "can";
 			if (one && range < Infinity) this.within({x: one[0], y: one[1], heading: one[2]}, 1, () => {
 				this.disc([0, 0], range, info.sonar_cone).stroke(colour, near ? 5 : 2).ctx.lineTo(0, 0);
 				this.fill(colour, near ? 0.4 : 0.15);

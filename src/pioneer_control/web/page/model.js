@@ -82,11 +82,11 @@ export class Model {
 export function stateOf(robot) {
 	const {status: {link, faults}, helm: {commander, who}} = robot;
 	if (!robot.is(FLAG.link) || link !== "ok") return ["none", "?", "no link"];
-	if (robot.is(FLAG.button)) return ["bad", "■", "STOP button"];
-	if (robot.locked) return ["bad", "■", "stopped"];
-	if (robot.is(FLAG.stallLeft | FLAG.stallRight)) return ["bad", "!", "stalled"];
-	if (robot.is(FLAG.bumpFront | FLAG.bumpRear)) return ["bad", "!", "bumped"];
-	if (faults.some(fault => fault.level === "error")) return ["bad", "!", "fault"];
+	if (robot.is(FLAG.button)) return ["error", "■", "STOP button"];
+	if (robot.locked) return ["error", "■", "stopped"];
+	if (robot.is(FLAG.stallLeft | FLAG.stallRight)) return ["error", "!", "stalled"];
+	if (robot.is(FLAG.bumpFront | FLAG.bumpRear)) return ["error", "!", "bumped"];
+	if (faults.some(fault => fault.level === "error")) return ["error", "!", "fault"];
 	if (commander === "person") return ["person", "◆", who || "by hand"];
 	if (commander === "program") return ["program", "▶", "program"];
 	return ["still", ...robot.is(FLAG.motors) ? ["●", "stands"] : ["○", "motors off"]];

@@ -8,10 +8,14 @@ export function $(id) {
 }
 
 // Changes only what is not yet so: a screen reader speaks only of what changed. The style sheet hides what has no words.
-export function put(element, text, kind) {
+export function put(element, text, colour) {
 	if (typeof element === "string") element = $(element);
 	if (element.textContent !== (text || "")) element.textContent = text || "";
-	if (element.dataset.kind !== (kind || "")) element.dataset.kind = kind || "";
+	tint(element, colour);
+}
+
+function tint(element, colour) {
+	element.style.color = colour ? `var(--${colour})` : "";
 }
 
 export function show(id, shown) {
@@ -33,15 +37,15 @@ export function items(list, values, fill) {
 	for (const value of values) fill(make(list, "li"), value);
 }
 
-// What is so, and its level where it is bad.
+// What is so, and its level: the name of a colour where it is bad.
 const NUMBERS = {
 	Forward: ({frame}) => [frame.linear.toFixed(2) + " m/s"],
 	Turn: ({frame}) => [turnText(Math.round(frame.angular * 180 / Math.PI))],
 	Battery: robot => batteryText(robot.status.battery || {}, robot.is(FLAG.charging)),
 	Motors: robot => [robot.is(FLAG.motors) ? "on" : "off"],
-	Wheels: robot => flagged(robot, {"left stalled": FLAG.stallLeft, "right stalled": FLAG.stallRight}),
-	Bumpers: robot => flagged(robot, {"front pressed": FLAG.bumpFront, "rear pressed": FLAG.bumpRear}),
-	"STOP-button": robot => flagged(robot, {pressed: FLAG.button}),
+	Wheels: robot => flagged(robot, "not stalled", {"left stalled": FLAG.stallLeft, "right stalled": FLAG.stallRight}),
+	Bumpers: robot => flagged(robot, "not pressed", {"front pressed": FLAG.bumpFront, "rear pressed": FLAG.bumpRear}),
+	"STOP-button": robot => flagged(robot, "not pressed", {pressed: FLAG.button}),
 	Gripper: ({frame: {gripper}}) => [gripper ? named(gripper, GRIP) || "half open" : "none"],
 };
 
@@ -49,9 +53,9 @@ function named(bits, words) {
 	return Object.keys(words).filter(word => bits & words[word]).join(", ");
 }
 
-function flagged({frame}, words) {
+function flagged({frame}, good, words) {
 	const found = named(frame.flags, words);
-	return [found || "free", found && "error"];
+	return [found || good, found && "error"];
 }
 
 function turnText(degrees) {
@@ -92,10 +96,11 @@ function showRobot(robot, live, mine) {
 		doing: decision?.doing, why: decision?.why && "because " + decision.why, "limit-text": limit[0].toFixed(2) + " m/s",
 		unlock: mine && locked && "Unlock", take: mine && !locked && ["driving", "free"].includes(programs) && "Take the helm",
 		release: mine && !locked && programs === "locked out" && "Give back to programs",
+		reset: "Reset robot " + number, "fault-one": "to robot " + number, free: "Free robot " + number,
 		"motors-switch": "Switch motors " + (robot.is(FLAG.motors) ? "off" : "on")};
 	for (const id in texts) put(id, texts[id]);
 	for (const title in NUMBERS) put(title, ...frame ? NUMBERS[title](robot) : ["–"]);
-	$("helm").dataset.kind = kind;
+	tint($("helm"), kind);
 	items($("faults"), link === "ok" ? faults : [{level: "error", task: "No link", text: lost || link}, ...faults],
 		(item, {level, task, text}) => put(item, `${level === "error" ? "✖" : "▲"} ${task}: ${text}`, level));
 	show("controls", mine);
@@ -105,15 +110,11 @@ function showRobot(robot, live, mine) {
 function showList(list, chosen) {
 	const tiles = $("tiles");
 	show("list", list.length > 1);
-	items(tiles, list.map(robot => robot.number), (item, number) => {
-		const button = make(item, "button", {value: number});
-		for (const tag of ["b", "i", "span", "small"]) make(button, tag);
-	});
+	items(tiles, list.map(robot => robot.number), (item, value) => make(item, "button", {value}));
 	list.forEach((robot, i) => {
 		const button = tiles.children[i].firstChild, [kind, sign, word] = stateOf(robot), pressed = String(robot === chosen);
 		const {status: {battery}, helm: {who}} = robot, volts = battery && batteryText({...battery, charge: null})[0];
-		[String(robot.number), sign, word, [volts, who].filter(Boolean).join(" · ")].forEach((text, j) => put(button.children[j], text));
-		button.dataset.kind = kind;
+		put(button, `${robot.number} ${sign} ${word}\n${[volts, who].filter(Boolean).join(" · ")}`, kind);
 		if (button.ariaPressed === pressed) return;
 		button.ariaPressed = pressed;
 		if (robot === chosen) button.scrollIntoView({block: "nearest", inline: "nearest"});

@@ -4,9 +4,9 @@ import {decodeColumns, frameAt} from "./frames.js";
 
 const STEP_ROWS = 5;	// between two points of a trail
 
-// The bytes that were compressed.
-export async function unpacked(packed) {
-	return new Uint8Array(await new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"))).arrayBuffer());
+// What was compressed, as something that gives its json() or arrayBuffer().
+export function unpacked(packed) {
+	return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate")));
 }
 
 export class Recording {
@@ -15,7 +15,7 @@ export class Recording {
 	}
 
 	async unpack(robot, packed) {
-		const {rows, sonar} = this.columns.find(each => each.robot === robot), columns = decodeColumns(await unpacked(packed), rows, sonar);
+		const {rows, sonar} = this.columns.find(each => each.robot === robot), columns = decodeColumns(await unpacked(packed).arrayBuffer(), rows, sonar);
 		const trail = Array.from({length: rows / STEP_ROWS}, (_, i) => [columns.x[i * STEP_ROWS] / 1000, columns.y[i * STEP_ROWS] / 1000]);
 		this.unpacked.set(robot, {...columns, trail});
 	}

@@ -43,8 +43,9 @@ export class Live {
 
 	closed(code, reason) {
 		this.socket = null;
-		this.on.state({4400: "refused", 4401: "no key"}[code] || "no connection", reason);
-		if (code === 4400 || code === 4401) return;
+		const refused = {4400: "refused", 4401: "no key"}[code];
+		this.on.state(refused || "no connection", reason);
+		if (refused) return;
 		setTimeout(() => this.connect(), code === 4409 || code === 4429 ? BUSY_WAIT : this.wait);
 		this.wait = Math.min(LONGEST_WAIT, 2 * this.wait);
 	}
@@ -54,7 +55,7 @@ export class Live {
 		if (typeof data !== "string") {
 			if (new Uint8Array(data)[0] !== 1) return this.on.recorded(data);
 			const frames = decodeFrames(data).map(frame => [frame, this.clock.sent(frame.stamp, now)]);
-			if (frames.length) this.newest = frames[frames.length - 1][0].stamp;
+			this.newest = frames.at(-1)?.[0].stamp ?? this.newest;
 			return this.on.frames(frames);
 		}
 		for (const [kind, value] of Object.entries(JSON.parse(data))) {

@@ -57,7 +57,7 @@ export class TimeLine {
 		for (let row = 0; row < rows; row += Math.ceil(rows / 4000)) ctx.lineTo(x(time[row] / 1000), zero - linear[row] / most * (high / 2 - 10));
 		ctx.stroke();
 		for (const {kind, at} of this.marks) {
-			ctx.fillStyle = colour[kind === "fault" ? "bad" : "ink2"];
+			ctx.fillStyle = colour[kind === "fault" ? "error" : "ink2"];
 			ctx.fillText(SIGNS[kind] || SIGNS.event, x(at), 8);
 		}
 		ctx.fillStyle = colour.ink2;
