@@ -12,7 +12,7 @@ function isSpace(event) {
 }
 
 function writes(element) {
-	return element instanceof HTMLElement && element.matches("input:not([type=range]), select");
+	return element.matches?.("input:not([type=range]), select");
 }
 
 // on: {stop(), gone(): the hand is gone, zero at once, key(name): another key}

@@ -1,24 +1,21 @@
-// Wires all together: what comes in goes into the model, each picture is drawn from it, and only then the hand is told on.
+// Wires all together: what comes in fills the model, each picture is drawn from it, and then the hand is told on.
 
 import {listenHand} from "./controls.js";
 import {Deadman, Hand} from "./hand.js";
 import {MapPicture} from "./map.js";
 import {Model} from "./model.js";
-import {$, items, put, show, showAll} from "./panel.js";
+import {$, items, put, show, showAll, showTask} from "./panel.js";
 import {Recording, unpacked} from "./recording.js";
 import {Live} from "./source.js";
 import {TimeLine} from "./timeline.js";
 import {Camera, listenView} from "./view.js";
 
-const OLD = 500;	// ms: a picture older than this is called old
-const READ = 400;	// ms that a number stays, to be read
-const SAID = 6000;	// ms that a message stays on the map
-const GENERAL = ["pause", "speed", "clear_faults"];		// orders that are for no robot
+const OLD = 500, READ = 400, SAID = 6000;		// ms: older pictures are called old; so long stay a number, to be read, and a message
 
 const model = new Model(), camera = new Camera(), picture = new MapPicture($("floor"), $("moving"), camera);
 const hand = new Hand(), deadman = new Deadman(message => live.send(message)), stopsToSend = new Set();
 const controls = listenHand(hand, {stop: () => timeline ? timeline.toggle() : stop(), gone: () => deadman.letGo(), key: pressed});
-const mine = {}, keys = new Map();		// in a class: this student's robot; addresses and keys for programs
+const mine = {};		// in a class: this student's robot
 let live = null, recording = null, timeline = null, chosen = null, unpacking = null, dirty = true, turnedAt = 0, saidAt = 0, ageAt = 0;
 
 function say(text) {
@@ -26,8 +23,9 @@ function say(text) {
 	saidAt = performance.now();
 }
 
-function act(order, more, robot = GENERAL.includes(order) ? undefined : chosen?.number) {
-	if (!live.send({do: order, robot, ...more})) say("No connection: nothing was sent.");
+// An order for the chosen robot, or for "all" or "none".
+function act(order, more, robot) {
+	if (!live.send({do: order, ...more, robot: robot === "none" ? undefined : robot || chosen?.number})) say("No connection: nothing was sent.");
 }
 
 // A stop that cannot go now goes as soon as it can: it never does harm.
@@ -35,7 +33,7 @@ function stop(robot = chosen?.number ?? "all") {
 	controls.drop();
 	if (live.send({do: "stop", robot})) return;
 	stopsToSend.add(robot);
-	say("No connection: STOP goes out as soon as there is one.");
+	say("No connection: STOP goes out when there is one.");
 }
 
 function choose(number) {
@@ -53,7 +51,6 @@ function changed() {
 
 const TEXTS = {
 	hello: greet, join, class: showClass, faults: list => items($("faults-on"), list, put), said: ({text}) => say(text), mine: value => Object.assign(mine, value),
-	program: ({robot, path, key}) => keys.set(robot, `Robot("ws://${location.host}${path}", key="${key}")`),
 };
 
 function text(kind, value) {
@@ -62,7 +59,7 @@ function text(kind, value) {
 	if ("name" in mine && $("teacher").hidden) for (const robot of model.list) robot.info.yours = robot.number === mine.robot;
 	if (kind === "mine" && mine.robot) choose(mine.robot);
 	changed();
-	put("program", keys.get(chosen?.number));
+	showTask(model.task, mine.robot);
 }
 
 function greet({title, you = "", teacher}) {
@@ -72,7 +69,6 @@ function greet({title, you = "", teacher}) {
 	if (document.activeElement !== $("my-name")) $("my-name").value = you.replace(/ /g, "_");
 }
 
-// A student without a robot says a name first.
 function join(wanted) {
 	mine.joins = wanted;
 	document.body.classList.toggle("joins", wanted);
@@ -80,8 +76,9 @@ function join(wanted) {
 	if (wanted) $("my-name").focus();
 }
 
-function showClass({address, qr, students, paused, speed}) {
+function showClass({address, qr, students, paused, speed, tasks}) {
 	show("class", true);
+	$("tasks").replaceChildren(new Option("no task", ""), ...tasks.map(([name, title]) => new Option(title, name)));
 	Object.assign($("class-code"), {src: qr, hidden: !qr});
 	put("class-address", address);
 	put("pause", paused ? "Go on" : "Pause");
@@ -94,10 +91,10 @@ function frames(list) {
 	dirty = true;
 }
 
-function connection(state, reason) {
-	put("mode", state);
+function state(name, reason) {
+	put("mode", name);
 	put("notice", reason);
-	if (state !== "live") return controls.drop();
+	if (name !== "live") return controls.drop();
 	for (const robot of stopsToSend) stop(robot);
 	stopsToSend.clear();
 }
@@ -113,7 +110,8 @@ async function recorded(data) {
 function record(value) {
 	recording = new Recording({...value, at: recording?.at}, model);		// said again after a break
 	timeline = new TimeLine(recording, changed);
-	document.body.classList.add("recorded");
+	show("dock");
+	show("me");
 	show("time", true);
 	put("mode", "recording");
 	greet({title: value.name});
@@ -138,7 +136,7 @@ const ACTIONS = {
 	fit: () => camera.fitted = true, "zoom-in": () => camera.zoom(1.25), "zoom-out": () => camera.zoom(0.8),
 	follow: () => Object.assign(camera, {follows: !camera.follows, fitted: false}),
 	"mark-previous": () => timeline.jump(-1), "mark-next": () => timeline.jump(1), play: () => timeline.toggle(),
-	pause: () => act("pause", {on: $("pause").textContent === "Pause"}),
+	pause: () => act("pause", {on: $("pause").textContent === "Pause"}, "none"),
 	"help-open": () => {
 		controls.drop();
 		$("help").showModal();
@@ -154,14 +152,14 @@ function pressed(key) {
 
 function raise(by) {
 	const linear = Math.max(0.05, Math.min(chosen.info.max_linear || 2, chosen.helm.limit[0] + by));
-	act("limit", {linear: Math.round(100 * linear) / 100});
+	act("limit", {linear: Number(linear.toFixed(2))});
 }
 
-// The space bar is STOP even in a text: there, _ is written for a space.
+// The space bar is STOP even in a text: there, _ is written for a space, but not in the fault stop_button.
 function listenForm(field, send) {
 	field.form.onsubmit = event => {
 		event.preventDefault();
-		const words = field.value.replace(/_/g, " ").trim();
+		const words = field.value.replace(/_(?!button)/g, " ").trim();
 		if (words) send(words, event.submitter);
 		field.blur();
 	};
@@ -173,10 +171,10 @@ function listenStop(button, robot) {
 	button.onclick = event => event.detail || stop(robot);
 }
 
-// A button with a name is an order, for the robot that is its value: without one for the chosen robot.
+// A button with a name is an order, its value the robot.
 document.onclick = ({target: {id, name, value}}) => {
 	ACTIONS[id]?.();
-	if (name) act(name, {}, value || undefined);
+	if (name) act(name, {}, value);
 	dirty = true;
 };
 $("tiles").onclick = event => choose(Number(event.target.closest("button").value));
@@ -184,8 +182,9 @@ $("grip").onclick = event => act("gripper", {command: event.target.value});
 listenStop($("stop"));
 listenStop($("stop-all"), "all");
 listenForm($("my-name"), name => live.send({do: mine.joins ? "join" : "name", name}));
-listenForm($("fault"), (words, {value}) => act("fault", {words: words.replace("stop button", "stop_button")}, value || undefined));
-$("speed").onchange = event => act("speed", {speed: Number(event.target.value)});
+listenForm($("fault"), (words, {value}) => act("fault", {words}, value));
+$("tasks").onchange = event => act("task", {name: event.target.value}, "none");
+$("speed").onchange = event => act("speed", {speed: Number(event.target.value)}, "none");
 listenForm($("say-text"), text => {
 	if (live.send({do: "say", text})) $("say-text").value = "";
 });
@@ -199,7 +198,7 @@ function turn() {
 	turnedAt = now;
 	if (dirty || want) {
 		if (camera.fitted && model.world) camera.fit(model.world.bounds);
-		if (frame && (camera.follows || camera.fitted && !model.world)) Object.assign(camera, model.pose(chosen));
+		if (frame && (camera.follows || camera.fitted && !model.world)) [camera.x, camera.y] = model.pose(chosen);
 		$("follow").ariaPressed = camera.follows;
 		picture.draw(model, chosen);
 		timeline?.draw();
@@ -217,7 +216,7 @@ function turn() {
 
 function showAge(now, frame) {
 	const age = !frame ? Infinity : recording ? 1000 * recording.at - frame.stamp : 1000 * frame.age + now - chosen.sent;
-	const old = age > OLD && chosen, words = !frame ? "" : age < 1000 ? `${Math.round(age)} ms` : `${(age / 1000).toFixed(1)} s`;
+	const old = age > OLD && chosen, words = frame ? (age / 1000).toFixed(2) + " s" : "";
 	show("old", old);
 	put("old-words", !old ? "" : recording ? "NO DATA" : frame ? "OLD PICTURE:" : "NO PICTURE");
 	put("old-age", words);
@@ -226,27 +225,33 @@ function showAge(now, frame) {
 	ageAt = now;
 }
 
-// What the browser keeps. It may forbid that: then nothing is kept.
+// What the browser keeps, if it does not forbid that.
 function storage(name) {
 	try {
 		return window[name];
-	} catch (error) {
+	} catch {
 		return {};
 	}
 }
 
 function firstWords() {
-	const session = storage("sessionStorage"), local = storage("localStorage");
+	const session = storage("sessionStorage");
 	session.key = location.hash.slice(1) || session.key || "";
-	local.visitor ||= crypto.getRandomValues(new Uint32Array(4)).join("");
+	kept.visitor ||= crypto.getRandomValues(new Uint32Array(4)).join("");
 	history.replaceState(null, "", location.pathname);
-	return {key: session.key, visitor: local.visitor};
+	return {key: session.key, visitor: kept.visitor};
 }
 
-dress();
+const kept = storage("localStorage"), theme = $("theme");
+theme.value = kept.theme || "light dark";
+theme.onchange = () => {
+	document.documentElement.style.colorScheme = kept.theme = theme.value;
+	dress();
+};
+theme.onchange();
 if ($("recording")) record(JSON.parse($("recording").textContent));
-else live = new Live("/page", firstWords(), {text, frames, state: connection, recorded});
-onhashchange = () => live && location.hash.length > 1 && location.reload();
+else live = new Live("/page", firstWords(), {text, frames, state, recorded});
+onhashchange = () => live && location.hash && location.reload();
 new ResizeObserver(dress).observe($("moving"));
 matchMedia("(prefers-color-scheme: dark)").onchange = dress;
 turn();

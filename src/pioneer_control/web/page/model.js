@@ -4,19 +4,18 @@ import {FLAG} from "./frames.js";
 
 const STEP = 0.03;		// m between two points of a trail
 const MOST = 6000;		// points of a trail
-const UNTOLD = {status: {link: "ok", faults: []}, helm: {locks: [], limit: [0.2, 0.6]}};	// until the server tells
-const NOTHING = {world: null, origins: {}, cans: [], goals: {}, log: []};
+const UNTOLD = {status: {link: "ok", faults: []}, helm: {locks: [], limit: [0.2, 0.6]}, program: {}};	// until the server tells
+const NOTHING = {world: null, origins: {}, cans: [], goals: {}, task: null, log: []};
 
-// A point in the frame of a pose, in the frame that the pose is in.
-export function place({x: left, y: top, heading}, [x, y]) {
+// A point in the frame of a pose (x, y, heading), in the frame that the pose is in.
+export function place([left, top, heading], [x, y]) {
 	const cos = Math.cos(heading), sin = Math.sin(heading);
 	return [left + x * cos - y * sin, top + x * sin + y * cos];
 }
 
 // Where the sonar heard something, in the odometry frame.
-export function echoesOf({sonar}, frame) {
-	return sonar.map((one, i) => one && frame.ranges[i] < Infinity &&
-		place(frame, place({x: one[0], y: one[1], heading: one[2]}, [frame.ranges[i], 0]))).filter(Boolean);
+export function echoesOf({sonar}, {x, y, heading, ranges}) {
+	return sonar.map((one, i) => one && ranges[i] < Infinity && place([x, y, heading], place(one, [ranges[i], 0]))).filter(Boolean);
 }
 
 class Robot {
@@ -68,13 +67,12 @@ export class Model {
 
 	// Where the odometry of a robot begins in the map.
 	origin(robot) {
-		const [x, y, heading] = this.origins[robot.number] || [0, 0, 0];
-		return {x, y, heading};
+		return this.origins[robot.number] || [0, 0, 0];
 	}
 
 	pose(robot) {
-		const origin = this.origin(robot), [x, y] = place(origin, [robot.frame.x, robot.frame.y]);
-		return {x, y, heading: origin.heading + robot.frame.heading};
+		const origin = this.origin(robot), {x, y, heading} = robot.frame;
+		return [...place(origin, [x, y]), origin[2] + heading];
 	}
 }
 

@@ -28,6 +28,10 @@ function make(parent, tag, more) {
 	return element;
 }
 
+export function clockText(at) {
+	return `${Math.floor(at / 60)}:${(at % 60).toFixed(1).padStart(4, "0")}`;
+}
+
 // Makes an item for each value of a list, where they changed.
 export function items(list, values, fill) {
 	const key = JSON.stringify(values);
@@ -63,16 +67,15 @@ function turnText(degrees) {
 }
 
 function batteryText({volts, charge, level}, charging) {
-	const words = [volts?.toFixed(1) + " V", typeof charge === "number" && Math.round(100 * charge) + " %", {warn: "low", error: "empty"}[level], charging && "charging"];
+	const words = [volts?.toFixed(1) + " V", charge !== null && Math.round(100 * charge) + " %", {warn: "low", error: "empty"}[level], charging && "charging"];
 	return volts ? [words.filter(Boolean).join(" · "), level] : ["not known"];
 }
 
 // Who drives, and what may be done about it.
 function driver({locked, helm: {commander, who, you, programs, locks}}) {
 	return locked ? ["Locked: " + (locks.join(", ") || "it takes no commands"), "Nothing moves until somebody unlocks."] :
-		commander === "program" ? ["A program drives", "Take the helm to drive by hand."] :
-			[commander ? you ? "You drive" : `${who || "Somebody"} drives` : "Nobody drives",
-				{free: "Programs may command.", "locked out": "Programs are locked out."}[programs]];
+		[commander === "program" ? "A program drives" : !commander ? "Nobody drives" : you ? "You drive" : `${who || "Somebody"} drives`,
+			{free: "Programs may drive.", "locked out": "Programs are locked out."}[programs]];
 }
 
 for (const title in NUMBERS) {
@@ -88,15 +91,29 @@ export function showAll({list, log}, robot, live) {
 	if (robot) showRobot(robot, live, live && robot.info.yours !== false);
 }
 
+// The task of a class, for who has this robot. Who has as many points has the same place.
+export function showTask(task, own) {
+	show("task", task);
+	$("tasks").value = task?.name || "";
+	if (!task) return;
+	const {title, text, state, clock, limit, ranking} = task, lines = new Map(ranking.map(({robot, who, points, note}) => [robot,
+		`${1 + ranking.findIndex(each => each.points === points)}. ${who || "robot"} (${robot}): ${points} points${note && ", " + note}`]));
+	put("task-title", "Task: " + title);
+	put("task-text", text);
+	put("task-clock", `${state}: ${clockText(clock)} of ${clockText(limit)}`);
+	put("task-own", lines.get(own), "person");
+	items($("ranking"), [...lines.values()], put);
+}
+
 function showRobot(robot, live, mine) {
-	const {number, info, frame, helm: {locks, programs, limit}, status} = robot, {decision, faults, link, lost} = status, locked = locks.length > 0;
+	const {number, info, frame, helm: {locks, programs, limit}, program: {path, key}, status} = robot, {decision, faults, link, lost} = status, locked = locks.length > 0;
 	const [kind, sign] = stateOf(robot), [words, note] = driver(robot);
 	const texts = {number: String(number), name: info.name, model: info.model + (info.simulated ? " · simulated" : ""),
-		"driver-sign": sign, "driver-text": words, "driver-note": !live ? "" : mine ? note : "You may look, but not drive this one.",
+		"driver-text": `${sign} ${words}`, "driver-note": !live ? "" : mine ? note : "You may look, but not drive this one.",
 		doing: decision?.doing, why: decision?.why && "because " + decision.why, "limit-text": limit[0].toFixed(2) + " m/s",
-		unlock: mine && locked && "Unlock", take: mine && !locked && ["driving", "free"].includes(programs) && "Take the helm",
-		release: mine && !locked && programs === "locked out" && "Give back to programs",
-		reset: "Reset robot " + number, "fault-one": "to robot " + number, free: "Free robot " + number,
+		unlock: mine && locked && "Unlock", take: mine && !locked && ["driving", "free"].includes(programs) && "Drive by hand",
+		release: mine && !locked && programs === "locked out" && "Let programs drive",
+		program: key && `Robot("ws://${location.host}${path}", key="${key}")`,
 		"motors-switch": "Switch motors " + (robot.is(FLAG.motors) ? "off" : "on")};
 	for (const id in texts) put(id, texts[id]);
 	for (const title in NUMBERS) put(title, ...frame ? NUMBERS[title](robot) : ["–"]);
@@ -109,12 +126,12 @@ function showRobot(robot, live, mine) {
 
 function showList(list, chosen) {
 	const tiles = $("tiles");
-	show("list", list.length > 1);
+	show("list", list.length > 1 || !$("task").hidden);
 	items(tiles, list.map(robot => robot.number), (item, value) => make(item, "button", {value}));
 	list.forEach((robot, i) => {
 		const button = tiles.children[i].firstChild, [kind, sign, word] = stateOf(robot), pressed = String(robot === chosen);
-		const {status: {battery}, helm: {who}} = robot, volts = battery && batteryText({...battery, charge: null})[0];
-		put(button, `${robot.number} ${sign} ${word}\n${[volts, who].filter(Boolean).join(" · ")}`, kind);
+		const {status: {battery}, helm: {who}} = robot, volts = battery && batteryText(battery)[0];
+		put(button, `${robot.number} ${sign} ${word}\n${[who, volts].filter(Boolean).join(" · ")}`, kind);
 		if (button.ariaPressed === pressed) return;
 		button.ariaPressed = pressed;
 		if (robot === chosen) button.scrollIntoView({block: "nearest", inline: "nearest"});

@@ -1,14 +1,10 @@
-// The time line of a recording: speed over time, marks, and where we are; to play, to seek, to jump.
+// The time line of a recording: shows speed and marks; to play, to seek, to jump.
 
 import {colours, sized} from "./map.js";
-import {$, put} from "./panel.js";
+import {$, clockText, put} from "./panel.js";
 
 const SIGNS = {fault: "▲", decision: "╵", event: "◆"};
 const EDGE = 8;		// pixels: half of the thumb of a slider
-
-function clockText(at) {
-	return `${Math.floor(at / 60)}:${(at % 60).toFixed(1).padStart(4, "0")}`;
-}
 
 export class TimeLine {
 	constructor(recording, changed) {
@@ -43,7 +39,7 @@ export class TimeLine {
 	dress(number) {
 		const {marks, unpacked} = this.recording;
 		Object.assign(this, {ctx: sized($("curve")), colour: colours($("curve")), columns: unpacked.get(number),
-			marks: marks.filter(mark => [number, null, undefined].includes(mark.robot))});
+			marks: marks.filter(mark => (mark.robot ?? number) === number)});
 	}
 
 	draw() {
