@@ -60,7 +60,8 @@ def test_the_teacher_sees_who_is_who_and_the_address_and_pauses(page):
     page.open(numbers=(1, 2), teacher=True)
     page.server.say("mine", {"robot": None, "name": ""})
     page.server.say("class", {"address": "http://here:8080/#KEY", "qr": QR, "paused": False, "speed": 1.0,
-                              "students": [[1, "Ada <b>", "here"], [2, "Bob", "away"]], "worlds": ["classroom"], "tasks": []})
+                              "students": [[1, "Ada <b>", "here"], [2, "Bob", "away"]], "worlds": ["classroom"],
+                              "tasks": []})
     until(lambda: page.js("return !document.getElementById('class').hidden"), "the class is shown")
     page.js("document.getElementById('class').open = true")
     page.shows("class-address", "http://here:8080/#KEY")
@@ -118,7 +119,8 @@ def test_the_teacher_hands_out_faults_and_ends_them(page):
 
 
 RANKING = [{"robot": 2, "who": "Bob", "points": 87.5, "note": "3 of 4 corners"},
-           {"robot": 1, "who": "Ada <b>", "points": 50.0, "note": ""}, {"robot": 3, "who": "", "points": 50.0, "note": ""}]
+           {"robot": 1, "who": "Ada <b>", "points": 50.0, "note": ""},
+           {"robot": 3, "who": "", "points": 50.0, "note": ""}]
 TASK = {"name": "square", "title": "Drive a square", "text": "Drive round the four marks.", "state": "running",
         "clock": 72.3, "limit": 120.0, "ranking": RANKING}
 

@@ -62,7 +62,8 @@ def test_columns_are_read(module):
 
 
 def test_columns_of_another_length_are_refused(module):
-    body = "try { m.decodeColumns(Uint8Array.from(a[0]).buffer, 2, 3); return '' } catch (error) { return error.message }"
+    body = """
+        try { m.decodeColumns(Uint8Array.from(a[0]).buffer, 2, 3); return '' } catch (error) { return error.message }"""
     assert "length" in module("frames.js", body, list(columns(ROWS, 2)))
 
 

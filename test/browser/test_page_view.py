@@ -112,7 +112,8 @@ def test_names_are_never_markup(page, server):
     server.say("hello", {"title": evil, "kind": "live", "teacher": False, "you": evil})
     for element in ("name", "doing", "faults", "log-list", "title"):
         page.shows(element, evil)
-    assert page.js("return document.querySelectorAll('body img:not(#class-code), body b b, #name b, #faults b').length") == 0
+    markup = "body img:not(#class-code), body b b, #name b, #faults b"
+    assert page.js("return document.querySelectorAll(arguments[0]).length", markup) == 0
 
 
 def test_the_robot_is_chosen_by_keys_list_and_map(page, server):

@@ -26,7 +26,8 @@ def qr_image(rows: List[str], border: int = 4) -> str:
     wide = len(rows) + 2 * border
     box = "%d %d %d %d" % (-border, -border, wide, wide)
     svg = ("<svg xmlns='http://www.w3.org/2000/svg' viewBox='%s' shape-rendering='crispEdges'>"
-           "<path fill='#fff' d='M%d,%dh%dv%dh-%dz'/><path d='%s'/></svg>" % (box, -border, -border, wide, wide, wide, dark))
+           "<path fill='#fff' d='M%d,%dh%dv%dh-%dz'/><path d='%s'/></svg>" % (
+               box, -border, -border, wide, wide, wide, dark))
     return "data:image/svg+xml," + urllib.parse.quote(svg, safe=" ,:/='")
 
 
