@@ -99,7 +99,7 @@ function state(name, reason) {
 	stopsToSend.clear();
 }
 
-// A recording: what was said (3), and then the columns of each robot (2).
+// A recording: texts (3), then the columns of each robot (2).
 async function recorded(data) {
 	await unpacking;
 	const bytes = new Uint8Array(data);

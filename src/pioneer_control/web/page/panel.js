@@ -113,7 +113,7 @@ function showRobot(robot, live, mine) {
 		doing: decision?.doing, why: decision?.why && "because " + decision.why, "limit-text": limit[0].toFixed(2) + " m/s",
 		unlock: mine && locked && "Unlock", take: mine && !locked && ["driving", "free"].includes(programs) && "Drive by hand",
 		release: mine && !locked && programs === "locked out" && "Let programs drive",
-		program: key && `Robot("ws://${location.host}${path}", key="${key}")`,
+		program: key && `In your program: Robot("ws://${location.host}${path}", key="${key}")`,
 		"motors-switch": "Switch motors " + (robot.is(FLAG.motors) ? "off" : "on")};
 	for (const id in texts) put(id, texts[id]);
 	for (const title in NUMBERS) put(title, ...frame ? NUMBERS[title](robot) : ["–"]);
