@@ -127,7 +127,7 @@ def serve_class(options: argparse.Namespace, ending: "Signals", stack: contextli
     from .class_desk import ClassDesk       # late: the simulator starts meanwhile
     from .client_crew import ClientCrew
     from .paced_feed import PacedFeed
-    from .qr import qr_lines, qr_rows
+    from .qr import qr_image, qr_lines, qr_rows
     from .task_board import TaskBoard
     site = opened("class", options, stack, is_class=True)
     urls = urls_of(simulator, ending, count)
@@ -135,8 +135,8 @@ def serve_class(options: argparse.Namespace, ending: "Signals", stack: contextli
         return
     owner = Owner(site.listening, site.told, folder=options.folder, say=say)
     code = qr_rows(site.class_address)
-    desk = ClassDesk(range(1, count + 1), {"address": site.class_address, "qr": code, "worlds": [world]}, owner.outbox,
-                     owner.programs, owner.vacate)
+    desk = ClassDesk(range(1, count + 1), {"address": site.class_address, "qr": qr_image(code), "worlds": [world]},
+                     owner.outbox, owner.programs, owner.vacate)
     owner.rules = desk
     paced = PacedFeed(desk)
     board = TaskBoard(paced, desk.who, say)

@@ -1,5 +1,8 @@
 """Who is who in a class: students keep their robots, names differ, and nobody has another's robot."""
 
+import urllib.parse
+import xml.etree.ElementTree
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as some
@@ -11,7 +14,7 @@ from pioneer_control.web.classroom import Classroom
 from pioneer_control.web.orders import (
     LONGEST_NAME, ClearFaultsOrder, EndTaskOrder, FaultOrder, FreeOrder, JoinOrder, PauseOrder, ResetOrder, SpeedOrder,
     StartTaskOrder, TaskOrder)
-from pioneer_control.web.qr import qr_lines, qr_rows
+from pioneer_control.web.qr import qr_image, qr_lines, qr_rows
 
 ADA, BOB, EVE = "a" * 16, "b" * 16, "e" * 16
 TEACHER = Person(9, "t" * 16, "", True)
@@ -63,7 +66,7 @@ class Told:
 
     def __init__(self):
         self.texts, self.sentences, self.keys, self.changed, self.orders, self.vacated = {}, [], [], [], [], []
-        self.desk = ClassDesk([1, 2], {"address": "http://x/#k", "qr": [], "worlds": ["w"]}, self, self,
+        self.desk = ClassDesk([1, 2], {"address": "http://x/#k", "qr": "", "worlds": ["w"]}, self, self,
                               self.vacated.append)
         self.desk.simulator = self
 
@@ -102,7 +105,7 @@ def test_a_student_joins_and_only_teacher_and_student_are_told(told):
     assert told.texts["mine", None, ADA] == {"robot": 1, "name": "Ada"} and told.texts["join", None, ADA] is False
     assert told.keys == [(1, (ADA, TEACHERS))]
     assert told.texts["class", None, TEACHERS] == {
-        "address": "http://x/#k", "qr": [], "worlds": ["w"], "students": [[1, "Ada", "here"]], "paused": False,
+        "address": "http://x/#k", "qr": "", "worlds": ["w"], "students": [[1, "Ada", "here"]], "paused": False,
         "speed": 1.0, "tasks": []}
     assert {key for key in told.texts if key[0] == "class"} == {("class", None, TEACHERS)}
     desk.left(1)
@@ -179,6 +182,14 @@ def test_a_qr_code():
     lines = qr_lines(rows)
     assert len({len(line) for line in lines}) == 1 and 2 * len(lines) >= len(rows) + 4
     assert qr_lines([]) == []
+
+
+def test_a_qr_code_as_a_picture():
+    start, _, svg = qr_image(["11", "01"]).partition(",")
+    root = xml.etree.ElementTree.fromstring(urllib.parse.unquote(svg))
+    assert start == "data:image/svg+xml" and root.get("viewBox") == "-4 -4 10 10"
+    assert [path.get("d") for path in root] == ["M-4,-4h10v10h-10z", "M0,0h2v1h-2zM1,1h1v1h-1z"]
+    assert qr_image([]) == ""
 
 
 def test_who_joins_again_and_again_is_refused(told):
