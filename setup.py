@@ -16,7 +16,7 @@ setup(
     license="BSD-3-Clause",
     package_dir={"": "src"},
     packages=find_packages("src"),
-    package_data={"": ["*.yaml", "worlds/*.yaml"], "pioneer_control.web": ["page/*"]},
+    package_data={"": ["*.yaml", "worlds/*.yaml", "arenas/*.yaml"], "pioneer_control.web": ["page/*"]},
     python_requires=">=3.8",
     install_requires=["numpy", "Pillow", "pyserial", "PyYAML", "websocket-client"],
     extras_require={"pictures": ["matplotlib"], "page": ["tornado"]},

@@ -49,7 +49,7 @@ def tools() -> Dict[str, Tool]:
     return {
         "mypy": Tool(["--warn-unused-configs", "--no-error-summary", "--hide-error-context"], python_files("src"),
                      r"#\s*type:\s*ignore", r"# type: ignore\[[a-z-]+\]  # \S.*"),
-        "flake8": Tool([], python_files("src", "test", "bench") + nodes + [ROOT / "setup.py"],
+        "flake8": Tool([], python_files("src", "test", "bench", "docs") + nodes + [ROOT / "setup.py"],
                        r"#\s*noqa", r"# noqa: [A-Z]\d+  # \S.*"),
     }
 

@@ -2,6 +2,8 @@
 
 from page_server import robot_info, until
 
+QR = "data:image/svg+xml,%3Csvg xmlns='http://www.w3.org/2000/svg' viewBox='-4 -4 10 10'/%3E"
+
 
 def student(page, joins=True):
     """Open a page as the server of a class shows it to a student."""
@@ -57,18 +59,101 @@ def test_a_student_drives_no_other_robot_and_none_after_it_was_taken_away(page):
 def test_the_teacher_sees_who_is_who_and_the_address_and_pauses(page):
     page.open(numbers=(1, 2), teacher=True)
     page.server.say("mine", {"robot": None, "name": ""})
-    page.server.say("class", {"address": "http://here:8080/#KEY", "qr": ["10", "01"], "paused": False, "speed": 1.0,
-                              "students": [[1, "Ada <b>", "here"], [2, "Bob", "away"]], "worlds": ["classroom"]})
+    page.server.say("class", {"address": "http://here:8080/#KEY", "qr": QR, "paused": False, "speed": 1.0,
+                              "students": [[1, "Ada <b>", "here"], [2, "Bob", "away"]], "worlds": ["classroom"],
+                              "tasks": []})
     until(lambda: page.js("return !document.getElementById('class').hidden"), "the class is shown")
     page.js("document.getElementById('class').open = true")
     page.shows("class-address", "http://here:8080/#KEY")
     page.shows("students", "1 Ada <b>\n2 Bob, away")
-    assert page.js("const c = document.getElementById('class-code'), p = c.getContext('2d');"
-                   "return [c.width, ...[[4, 4], [5, 4], [0, 0]].map(at => p.getImageData(...at, 1, 1).data[0])]") == [
-        10, 0, 255, 255]
+    until(lambda: page.js("const c = document.getElementById('class-code'); return c.complete && c.naturalWidth"), "QR")
     page.click("pause")
-    page.click("reset-all")
+    page.js("document.querySelector('[name=reset][value=all]').click()")
     until(lambda: page.server.of("reset"), "both are sent")
     assert page.server.of("pause") == [{"do": "pause", "on": True}]
     assert page.server.of("reset") == [{"do": "reset", "robot": "all"}]
     page.drive()        # a teacher drives any robot
+
+
+def teacher(page, **changes):
+    """Open a page as the server of a class shows it to the teacher, with the part of the class open."""
+    page.open(numbers=(1, 2), teacher=True)
+    page.server.say("mine", {"robot": None, "name": ""})
+    page.server.say("class", dict({"address": "http://here:8080/#KEY", "qr": QR, "paused": False, "speed": 1.0,
+                                   "students": [[2, "Bob", "here"]], "worlds": ["classroom"],
+                                   "tasks": [["square", "Drive a square"], ["goal", "Reach the goal"]]}, **changes))
+    page.js("document.getElementById('class').open = true")
+    page.shows("students", "2 Bob")
+
+
+def choose(page, select, value):
+    """Choose in a list as a person does."""
+    page.js("const s = document.getElementById(arguments[0]); s.value = arguments[1];"
+            "s.dispatchEvent(new Event('change', {bubbles: true}))", select, value)
+
+
+def test_the_teacher_sets_the_speed_of_time_and_frees_a_robot(page):
+    teacher(page, speed=2.0)
+    assert page.js("return document.getElementById('speed').value") == "2"
+    choose(page, "speed", "0.5")
+    page.press("KeyN")
+    page.shows("number", "2")
+    page.js("document.querySelector('[name=free]').click()")
+    until(lambda: page.server.of("free"), "both are sent")
+    assert page.server.of("speed") == [{"do": "speed", "speed": 0.5}]
+    assert page.server.of("free") == [{"do": "free", "robot": 2}]
+
+
+def test_the_teacher_hands_out_faults_and_ends_them(page):
+    teacher(page)
+    for words, button in (("loss_0.2", "to chosen"), ("stop_button", "to all"), (" ", "to all")):
+        page.js("document.getElementById('fault').value = arguments[0];"
+                "[...document.querySelectorAll('#desk button')].find(b => b.textContent === arguments[1]).click()",
+                words, button)
+    page.server.say("faults", ["loss 0.2 robot 1", "stop_button"])
+    page.shows("faults-on", "loss 0.2 robot 1\nstop_button")
+    page.js("document.querySelector('[name=clear_faults]').click()")
+    until(lambda: page.server.of("clear_faults") == [{"do": "clear_faults"}], "it ends all faults")
+    assert page.server.of("fault") == [{"do": "fault", "robot": 1, "words": "loss 0.2"},
+                                       {"do": "fault", "robot": "all", "words": "stop_button"}]
+
+
+RANKING = [{"robot": 2, "who": "Bob", "points": 87.5, "note": "3 of 4 corners"},
+           {"robot": 1, "who": "Ada <b>", "points": 50.0, "note": ""},
+           {"robot": 3, "who": "", "points": 50.0, "note": ""}]
+TASK = {"name": "square", "title": "Drive a square", "text": "Drive round the four marks.", "state": "running",
+        "clock": 72.3, "limit": 120.0, "ranking": RANKING}
+
+
+def test_the_teacher_chooses_starts_and_ends_a_task(page):
+    teacher(page)
+    assert page.text("task") is None
+    assert page.js("return [...document.getElementById('tasks').options].map(o => o.textContent)") == [
+        "no task", "Drive a square", "Reach the goal"]
+    choose(page, "tasks", "square")
+    until(lambda: page.server.of("task"), "it chooses")
+    page.server.say("task", dict(TASK, state="ready", clock=0.0, ranking=[]))
+    page.shows("task-title", "Task: Drive a square")
+    page.shows("task-clock", "ready: 0:00.0 of 2:00.0")
+    assert page.js("return document.getElementById('tasks').value") == "square"
+    for order in ("start_task", "end_task"):
+        page.js("document.querySelector('[name=' + arguments[0] + ']').click()", order)
+    choose(page, "tasks", "")
+    until(lambda: len(page.server.of("task")) == 2, "all are sent")
+    assert page.server.of("task") == [{"do": "task", "name": "square"}, {"do": "task", "name": ""}]
+    assert page.server.of("start_task") == [{"do": "start_task"}] and page.server.of("end_task") == [{"do": "end_task"}]
+
+
+def test_a_student_sees_the_task_the_own_place_and_the_ranking(page):
+    student(page)
+    page.server.say("task", TASK)
+    page.shows("task-text", "Drive round the four marks.")
+    assert page.text("task-own") is None, "no robot yet"
+    page.server.say("mine", {"robot": 1, "name": "Ada <b>"})
+    page.shows("task-own", "2. Ada <b> (1): 50 points")
+    page.shows("task-clock", "running: 1:12.3 of 2:00.0")
+    assert page.text("ranking") == (
+        "1. Bob (2): 87.5 points, 3 of 4 corners\n2. Ada <b> (1): 50 points\n2. robot (3): 50 points")
+    assert page.text("class") is None
+    page.server.say("task", None)
+    until(lambda: page.text("task") is None, "no task")

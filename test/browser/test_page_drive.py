@@ -206,7 +206,7 @@ def test_a_stop_without_a_connection_goes_out_with_the_next_one(page, server):
     server.hang_up()
     page.shows("mode", "no connection")
     page.press("Space")
-    page.shows("said", "STOP goes out as soon as")
+    page.shows("said", "STOP goes out when")
     assert server.of("stop") == []
     page.js("window.WebSocket = window.Real")
     until(lambda: server.of("stop") == [{"do": "stop", "robot": 1}])

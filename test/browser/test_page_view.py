@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from page_server import helm, robot_info, status, until
+from page_server import WORLD, helm, robot_info, status, until
 
 SCREENS = {"desk": (1280, 800, False), "phone": (390, 844, True), "phone lying": (844, 390, True)}
 LONG = "turning back to the left around the corner of the table"
@@ -27,7 +27,7 @@ def test_the_first_picture(page, server):
     assert page.text("title") == "room" and page.text("mode") == "live"
     assert page.text("name") == "sim_0001" and page.text("Battery") == "12.6 V · 80 %"
     assert page.text("list") is None
-    until(lambda: page.text("age-text").endswith("ms old"))
+    until(lambda: page.text("age-text").endswith(" s old"))
     assert page.driver.current_url == "http://127.0.0.1:%d/" % server.port, "the key is out of the address"
     assert server.keys[0]["key"] == "secret" and 16 <= len(server.keys[0]["visitor"]) <= 64
 
@@ -56,7 +56,7 @@ def test_words_of_a_robot(page, server):
     assert page.text("STOP-button") == "pressed" and page.text("Battery") == "11.2 V · low"
     assert page.text("Gripper") == "closed, holds something"
     server.say("status", status(1, link="the cable was pulled"))
-    page.shows("link", "the cable was pulled")
+    page.shows("faults", "No link: the cable was pulled")
 
 
 def test_what_the_server_says_is_shown(page, server):
@@ -96,7 +96,7 @@ def test_without_a_connection_the_picture_gets_old_until_there_is_one(page, serv
 
 
 def test_a_wrong_key_is_told(page, server):
-    server.refuse = (4401, "the key is wrong")
+    server.refuse = (4401, "the key is wrong: open its whole address")
     page.driver.get(server.url)
     page.shows("notice", "its whole address")
     assert page.text("mode") == "no key"
@@ -113,7 +113,8 @@ def test_names_are_never_markup(page, server):
     server.say("hello", {"title": evil, "kind": "live", "teacher": False, "you": evil})
     for element in ("name", "doing", "faults", "log-list", "title"):
         page.shows(element, evil)
-    assert page.js("return document.querySelectorAll('body img, body b b, #name b, #faults b').length") == 0
+    markup = "body img:not(#class-code), body b b, #name b, #faults b"
+    assert page.js("return document.querySelectorAll(arguments[0]).length", markup) == 0
 
 
 def test_the_robot_is_chosen_by_keys_list_and_map(page, server):
@@ -129,7 +130,7 @@ def test_the_robot_is_chosen_by_keys_list_and_map(page, server):
         "false", "true", "false"]
     left, top, width, height = page.box("moving")
     place = page.module("view.js", """
-        const c = new m.Camera(); c.set({width: a[0], height: a[1]}); c.fit([0, 0, 6, 4]);
+        const c = new m.Camera(); Object.assign(c, {width: a[0], height: a[1]}); c.fit([0, 0, 6, 4]);
         return c.toScreen([1.4, 1.5])""", width, height)
     x, y = left + place[0], top + place[1]
     page.mouse("mousePressed", x, y)
@@ -299,7 +300,7 @@ def test_every_text_stands_out_from_its_ground(page, server, theme):
 
 def test_a_pale_text_is_seen(page, server):
     page.open()
-    page.js("document.getElementById('driver-text').style.color = '#bbb'")
+    page.js("document.styleSheets[0].insertRule('#driver-text{color:#bbb !important}')")
     assert [name for name, _, _ in page.js(CONTRASTS)[1]] == ["driver-text"]
 
 
@@ -381,14 +382,43 @@ def test_the_system_chooses_light_or_dark(page, server):
         assert light == (theme == "light")
 
 
+def test_who_looks_chooses_light_or_dark_and_it_is_kept(page, server):
+    ground = "return getComputedStyle(document.body).backgroundColor"
+    page.cdp("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "light"}])
+    page.open()
+    wall = "return m.colours(document.getElementById('curve')).wall"
+    light = page.js(ground), page.module("map.js", wall)
+    page.js("const s = document.getElementById('theme'); s.value = 'dark'; s.onchange()")
+    dark = page.js(ground), page.module("map.js", wall)
+    assert light[0] == "rgb(236, 239, 241)" and dark[0] == "rgb(15, 20, 24)" and light[1] != dark[1]
+    page.driver.refresh()
+    until(lambda: page.js(ground) == dark[0], "it is kept")
+    assert page.js("return document.getElementById('theme').value") == "dark"
+    page.js("const s = document.getElementById('theme'); s.value = 'light dark'; s.onchange()")
+    assert page.js(ground) == light[0], "as the system says"
+
+
 def test_a_map_of_cells_is_drawn(page, server):
     page.open(world={"name": "grid", "bounds": [0, 0, 2, 1], "grid": {
         "resolution": 1.0, "origin": [0, 0, 0], "width": 2, "height": 1, "cells": "AQI="}})
-    colours = page.js("""
+    wall = page.module("map.js", "return m.colours(document.getElementById('curve')).wall")
+    assert colours_of(page)[wall[4:-1].replace(" ", "")] > 10000
+
+
+def colours_of(page):
+    """Return how many pixels of the floor have each colour."""
+    return page.js("""
         const c = document.getElementById("floor"), d = c.getContext("2d").getImageData(0, 0, c.width, c.height).data;
         const found = {};
-        for (let i = 0; i < d.length; i += 4) { const k = [d[i], d[i + 1], d[i + 2]].join(); found[k] = (found[k]
-            || 0) + 1; }
+        for (let i = 0; i < d.length; i += 4) {
+            const k = [d[i], d[i + 1], d[i + 2]].join(); found[k] = (found[k] || 0) + 1; }
         return found""")
-    wall = page.js("return getComputedStyle(document.documentElement).getPropertyValue('--wall')").strip()
-    assert colours[",".join(str(int(wall[at:at + 2], 16)) for at in (1, 3, 5))] > 10000
+
+
+def test_marked_places_are_drawn(page, server):
+    page.open(world=dict(WORLD, places=[{"name": "goal", "centre": [5, 1], "size": [2, 1.5]},
+                                        {"name": "dock", "centre": [1, 1], "diameter": 1}]))
+    border = page.module("map.js", "return m.colours(document.getElementById('curve')).goal")[4:-1].replace(" ", "")
+    assert colours_of(page).get(border, 0) > 300
+    server.say("world", WORLD)
+    until(lambda: border not in colours_of(page), "no place, no border")

@@ -67,10 +67,10 @@ class Page:
             if "answer" in message:
                 return message
 
-    def order(self, name, **values):
+    def order(self, order, **values):
         """Give an order. Return whether it was obeyed, and the text about it."""
         self.orders += 1
-        answer = self.answer(json.dumps({"id": self.orders, "order": name, **values}).encode())
+        answer = self.answer(json.dumps({"id": self.orders, "order": order, **values}).encode())
         assert answer["answer"] == self.orders
         return answer["ok"], answer["text"]
 
@@ -278,6 +278,7 @@ def test_the_socket_of_a_dead_simulator_is_replaced_and_of_a_live_one_not(path):
 
 @pytest.mark.parametrize("arguments, code, message", [
     (("--truth", "no/such/folder/truth"), 1, "cannot make the socket no/such/folder/truth: No such file"),
+    (("--tasks",), 2, "--tasks needs --truth: a task is chosen by an order at that socket"),
     (("--truth", "x" * 200), 1, "AF_UNIX path too long; choose another path"),
     (("--truth", "truth", "--play", "wire.txt"), 2, "not allowed with argument"),
     (("--truth", "truth", "--client", "wire.txt"), 2, "not allowed with argument"),
@@ -317,6 +318,34 @@ def test_not_too_many_programs(path, monkeypatch):
                 return page.until(lambda truth: True)
 
         until(let_in, "room again")
+
+
+def test_a_task_is_chosen_begun_and_scored(path):
+    with program("--world", "cans", "--robots", "2", "--truth", path, "--tasks", "--speed", "10"), \
+            visit(path) as page, visit(path) as other:
+        first = page.read()["world"]
+        assert [name for name, _ in first["tasks"]] == ["square", "goal", "sweep", "cans", "maze"]
+        assert page.until(lambda truth: True)["task"] is None
+        assert page.order("task", name="square") == (True, "the task square is ready")
+        for reader in (page, other):
+            told = reader.until(lambda truth: truth["task"] is not None)
+            assert told["cans"] == [] and told["task"]["state"] == "ready"
+            assert reader.world["name"] == "square" and reader.world["bounds"] != first["bounds"]
+            assert [place["name"] for place in reader.world["places"]] == ["1", "2", "3", "4"] * 2
+            assert [robot[:3] for robot in told["robots"]] == [robot["start"] for robot in reader.world["robots"]]
+        with visit(path) as late:
+            assert late.read()["world"]["name"] == "square"
+        assert page.order("begin_task")[0]
+        with driver_of(page, 2) as driver:
+            driver.sendall(p2os.encode_command("VEL", 300))
+            task = page.until(lambda truth: "of 4 marks" in truth["task"]["scores"][1][1])["task"]
+            assert task["state"] == "running" and task["clock"] > 0.0 and task["scores"][0] == [
+                0.0, "has not moved"]
+        assert page.order("end_task")[0]
+        page.until(lambda truth: truth["task"]["state"] == "over")
+        assert page.order("task", name="")[0]
+        page.until(lambda truth: truth["task"] is None)
+        assert page.world == first
 
 
 def test_robots_are_watched_only_while_somebody_is_there(path):

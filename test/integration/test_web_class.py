@@ -42,6 +42,7 @@ def teacher(small):
         viewer.do("pause", on=False)
         viewer.do("unlock", robot="all")
         viewer.do("clear_faults")
+        viewer.do("task", name="")
         for robot, _, _ in viewer.newest("class")["students"]:
             viewer.do("free", robot=robot)
         until(lambda: viewer.newest("class")["students"] == [], "all robots are free: %s" % viewer.texts[-3:])
@@ -163,6 +164,68 @@ def test_time_faults_and_reset(small, teacher):
         ada.do("pause", on=True)
         until(lambda: ada.said("only the teacher"), "not the student")
         ada.switch_motors_on(robot)
+
+
+def test_a_task_from_its_choice_to_its_end(small, teacher):
+    truth = TruthWatch(small)
+
+    def task(viewer):
+        return viewer.newest("task") or {"state": "", "ranking": []}
+
+    with contextlib.ExitStack() as stack:
+        ada, robot = small.joined(stack, 1, "Ada")
+        until(lambda: teacher.newest("class")["tasks"], "the tasks")
+        assert ["square", "Drive a square"] in teacher.newest("class")["tasks"] and ada.newest("task") is None
+        teacher.do("start_task")
+        until(lambda: teacher.said("no task is chosen"), "none is chosen")
+        teacher.do("task", name="sqare")
+        until(lambda: teacher.said("did you mean 'square'"), "there is no such task")
+        ways = len(ada.of("trail"))
+        teacher.do("task", name="square")
+        until(lambda: task(ada)["state"] == "ready", "it is chosen")
+        until(lambda: ada.newest("world")["name"] == "square", "another floor")
+        until(lambda: {"robot": robot, "points": []} in ada.of("trail")[ways:], "its way begins anew")
+        assert "1" in {place["name"] for place in ada.newest("world")["places"]}
+        assert [(entry["robot"], entry["who"]) for entry in task(ada)["ranking"]] == [(robot, "Ada")]
+        for order in ({"do": "start_task"}, {"do": "end_task"}, {"do": "task", "name": ""}):
+            ada.send(**order)
+        until(lambda: ada.said("only the teacher"), "not the student")
+        assert task(teacher)["state"] == "ready"
+        start = truth.newest["robots"][robot - 1][:2]
+        teacher.do("start_task")
+        until(lambda: task(ada)["state"] == "running", "it runs")
+        ada.switch_motors_on(robot)
+        ada.hold(robot)
+        until(lambda: truth.driven(robot) > 0.3, "it drives")
+        bob, others = small.joined(stack, 2, "Bob")
+        until(lambda: {entry["who"] for entry in task(bob)["ranking"]} == {"Ada", "Bob"}, "who comes late, too")
+        assert task(bob)["clock"] > 0.0
+        ada.let_go()
+        teacher.do("reset", robot=robot)
+        until(lambda: truth.newest["robots"][robot - 1][:2] == start, "it is back at its start")
+        assert task(ada)["state"] == "running"
+        teacher.do("end_task")
+        until(lambda: task(bob)["state"] == "over", "it is over")
+        until(lambda: "the task square has ended: 1. " in small.errors, "the terminal says so")
+        teacher.do("task", name="")
+        until(lambda: ada.newest("task") is None and ada.newest("world")["name"] == "classroom", "the class again")
+        assert not ada.said("task")     # no answer of the simulator to her orders
+    assert "the task square begins, for 120 s" in small.errors
+
+
+def test_a_class_begins_with_a_task(tmp_path):
+    with ClassSite(tmp_path, 1, "--task", "maze") as site, site.student(1) as ada:
+        until(lambda: (ada.newest("task") or {}).get("state") == "ready", "the task is ready")
+        assert ada.newest("task")["name"] == "maze" and ada.newest("world")["name"] == "maze"
+
+
+@pytest.mark.parametrize("arguments, words", [
+    (["--class", "1", "--task", "sqare"], "there is no task 'sqare'; legal: square, goal, sweep, cans, maze"),
+    (["--task", "square"], "a task is for a class")])
+def test_a_task_that_cannot_be(arguments, words):
+    done = subprocess.run([sys.executable, "-m", "pioneer_control.web", *arguments, "--port", "0"],
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, timeout=LIMIT)
+    assert done.returncode == 2 and words in done.stderr and "Traceback" not in done.stderr and done.stdout == ""
 
 
 def test_a_world_without_room_for_all():

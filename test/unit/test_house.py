@@ -112,7 +112,7 @@ def package_files() -> List[pathlib.Path]:
 
 def all_python_files() -> List[pathlib.Path]:
     """Return every Python file of the repository, also programs without an ending."""
-    files = [path for folder in ("src", "test", "bench") for path in (ROOT / folder).rglob("*.py")]
+    files = [path for folder in ("src", "test", "bench", "docs") for path in (ROOT / folder).rglob("*.py")]
     return sorted(files + [path for path in (ROOT / "nodes").glob("*") if path.is_file()]) + [ROOT / "setup.py"]
 
 

@@ -92,6 +92,34 @@ def speed_of(twist: Any) -> Tuple[float, float]:
     return twist.linear.x, twist.angular.z
 
 
+class CommandCollector:
+    """Keeps the velocities that were commanded: those of a person, and those of programs that were not locked out.
+
+    Without messages of the topic ``helm`` all of them count.
+    """
+
+    def __init__(self) -> None:
+        self._speeds = Thinned(speed_of, *CHANGE_OF_SPEED)
+        self._locked_out = False
+
+    def add(self, time: float, message: Any) -> None:
+        """Add a Twist of a program that was recorded at `time` (s)."""
+        if not self._locked_out:
+            self._speeds.add(time, message)
+
+    def add_of_person(self, time: float, message: Any) -> None:
+        """Add a Twist of a person that was recorded at `time` (s)."""
+        self._speeds.add(time, message)
+
+    def add_helm(self, time: float, message: Any) -> None:
+        """Add a Helm: who may command from `time` (s) on."""
+        self._locked_out = bool(message.programs_locked_out)
+
+    def columns(self) -> np.ndarray:
+        """The columns of the kept rows: time (s), speed forward (m/s) and speed to the left (rad/s)."""
+        return self._speeds.columns()
+
+
 class OdometryCollector:
     """Keeps the poses and speeds in the nav_msgs/Odometry messages of one topic.
 

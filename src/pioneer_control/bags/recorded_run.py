@@ -152,7 +152,7 @@ class Run(NamedTuple):
     world: str = ""  # name of the simulated world, empty when none was recorded
     footprint: np.ndarray = np.empty((0, 2))  # (k, 2) outline in base_link, m; k = 0 when unknown
     transducers: Mapping[int, Pose] = MappingProxyType({})  # pose in base_link, by number of the transducer
-    commanded: Velocities = Velocities(_NOTHING, _NOTHING, _NOTHING)  # from cmd_vel
+    commanded: Velocities = Velocities(_NOTHING, _NOTHING, _NOTHING)  # of programs and persons
     measured: Velocities = Velocities(_NOTHING, _NOTHING, _NOTHING)  # from the odometry
     battery: Series = Series(_NOTHING, _NOTHING)  # V
     motors: Series = Series(_NOTHING, _NOTHING)  # 0 off, 1 on

@@ -1,7 +1,7 @@
 """Read a `recorded_run.Run` from a bag with `read_run`, in bounded memory however long the bag is.
 
-The table `TOPICS` lists the topics that are read, and the collector of each topic. Only the last part of a topic's name
-and the last part of its type must match. So bags with ``p2os_driver/SonarArray`` or ``p2os_msgs/SonarArray`` can be
+The table `TOPICS` lists the topics that are read, and the collector of each topic. Only the end of a topic's name and
+the last part of its type must match. So bags with ``p2os_driver/SonarArray`` or ``p2os_msgs/SonarArray`` can be
 read too. The namespace of a topic is the name of its robot.
 """
 
@@ -10,9 +10,9 @@ from typing import Any, Callable, Counter, DefaultDict, Dict, List, NamedTuple, 
 
 import numpy as np
 
-from .collectors import (CHANGE_OF_SPEED, CanCollector, DecisionCollector, EchoCollector, LastCollector,
+from .collectors import (CanCollector, CommandCollector, DecisionCollector, EchoCollector, LastCollector,
                          OdometryCollector, ReportCollector, SilenceCollector, SpanCollector, Thinned, doing, grip_of,
-                         gripper_events, map_of, pressed, speed_of, stalled, told_of)
+                         gripper_events, map_of, pressed, stalled, told_of)
 from .reader import BagReader, BagConnection, decode, message_class, plural, read_bag
 from .records import BagError
 from .recorded_run import CanPath, Echoes, Run, Series, Track, Velocities
@@ -22,7 +22,7 @@ SWITCHED = 0.5  # tolerance for a value that is a whole number, such as 0 or 1: 
 
 
 class Topic(NamedTuple):
-    """How a topic of a robot is read. The key in `TOPICS` is the last part of the topic's name."""
+    """How a topic of a robot is read. The key in `TOPICS` is the end of the topic's name."""
 
     type: str
     """the last part of the message type, for example Odometry"""
@@ -32,6 +32,10 @@ class Topic(NamedTuple):
     """whether a long time without messages is reported as a gap"""
     shared: bool = False
     """whether a robot without this topic uses the topic of another namespace (several robots share one world)"""
+    of: str = ""
+    """the topic whose collector takes the messages; empty: this one has its own"""
+    take: str = "add"
+    """the method of the collector that takes a message"""
 
 
 TOPICS: Dict[str, Topic] = {
@@ -40,7 +44,9 @@ TOPICS: Dict[str, Topic] = {
     "ground_truth": Topic("Odometry", OdometryCollector, True),
     "sonar": Topic("SonarArray", EchoCollector, True),
     "gripper_state": Topic("GripperState", lambda: Thinned(grip_of, SWITCHED, SWITCHED), True),
-    "cmd_vel": Topic("Twist", lambda: Thinned(speed_of, *CHANGE_OF_SPEED)),
+    "cmd_vel": Topic("Twist", CommandCollector),
+    "teleop/cmd_vel": Topic("Twist", CommandCollector, of="cmd_vel", take="add_of_person"),
+    "helm": Topic("Helm", CommandCollector, of="cmd_vel", take="add_helm"),
     "battery_state": Topic("BatteryState", lambda: Thinned(lambda message: [message.voltage], CHANGE_OF_VOLTAGE), True),
     # where there is no battery_state
     "battery": Topic("BatteryState", lambda: Thinned(lambda message: [message.voltage], CHANGE_OF_VOLTAGE), True),
@@ -77,7 +83,7 @@ class RunCollector:
     def __init__(self, robot: Optional[str]) -> None:
         self.robot = robot
         self.robots: DefaultDict[str, Dict[str, Any]] = defaultdict(
-            lambda: {name: topic.collector() for name, topic in TOPICS.items()})
+            lambda: {name: topic.collector() for name, topic in TOPICS.items() if not topic.of})
         self.silences: DefaultDict[Tuple[str, str], SilenceCollector] = defaultdict(SilenceCollector)
         self.reports = ReportCollector()
         self.undecoded: Counter[str] = Counter()
@@ -93,8 +99,9 @@ class RunCollector:
                   ("rosout", "Log"): self.reports.add_log}
         adders: List[Adder] = [of_all[key]] if key in of_all else []
         if name and (self.robot in (None, namespace) or TOPICS[name].shared):
-            adders.append(self.robots[namespace][name].add)
-            if TOPICS[name].periodic:
+            topic = TOPICS[name]
+            adders.append(getattr(self.robots[namespace][topic.of or name], topic.take))
+            if topic.periodic:
                 adders.append(self.silences[namespace, connection.topic].add)
         return adders
 
@@ -159,9 +166,12 @@ def _place(connection: BagConnection) -> Tuple[str, str]:
 
     The name is empty if `TOPICS` has no such topic, or the topic has another message type.
     """
-    namespace, _, name = connection.topic.strip("/").rpartition("/")
-    is_ours = name in TOPICS and TOPICS[name].type == connection.type.split("/")[-1]
-    return namespace, name if is_ours else ""
+    parts, kind = connection.topic.strip("/").split("/"), connection.type.split("/")[-1]
+    for length in (2, 1):
+        name = "/".join(parts[-length:])
+        if name in TOPICS and TOPICS[name].type == kind:
+            return "/".join(parts[:-length]), name
+    return "/".join(parts[:-1]), ""
 
 
 def _robots(reader: BagReader) -> List[str]:

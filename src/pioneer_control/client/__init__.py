@@ -60,6 +60,7 @@ command is written by the thread that calls Robot, under the same lock. So a slo
 at most, and a busy program never does. The dead man and every stop keep working.
 """
 
+from ..p2os import GripperCommand
 from .events import (BaudFound, CommandTimedOut, Event, LineSpeed, LinkDown, MotionCleared, MotorsAnswered,
                      PacketReceived, Ready, StatesMissed, Tuned,
                      Unmoved)
@@ -77,6 +78,7 @@ __all__ = [
     "Change",
     "CommandTimedOut",
     "Event",
+    "GripperCommand",
     "GripperReading",
     "HelmState",
     "LineSpeed",

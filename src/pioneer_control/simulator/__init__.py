@@ -3,6 +3,7 @@
 The docstring of each subpackage names the file to open first. Code imports only from its own row or a lower row:
 
 ``truth``       the true state of the world for other programs, and their orders, at a socket
+``tasks``       tasks for robots: their arenas, a referee who gives points, and a runner for programs
 ``played``      plays back a recorded robot, or recorded clients
 ``line``        TCP ports and pseudo-terminals for clients, faults, and the server in real time
 ``simulation``  several robots in one world and one simulated time

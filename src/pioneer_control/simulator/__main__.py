@@ -7,7 +7,7 @@ import textwrap
 import threading
 from typing import Any, Dict, List, Optional, Union
 
-from ..errors import PioneerError
+from ..errors import PioneerError, UsageError
 from ..p2os.recording import Entry, read_record
 from ..robots import find_model, load_table
 from .hardware import load_numbers
@@ -17,8 +17,9 @@ from .line.lines import STANDARD_PORT
 from .line.pace import SPEEDS
 from .played import PlayedRobot, compare, play_client
 from .simulation import MOST_ROBOTS, Simulation, simulate
+from .tasks import Grounds, Referee, load_tasks
 from .truth import TruthService
-from .world import known_worlds, load_world
+from .world import World, known_worlds, load_world, standing_places
 
 
 def main(arguments: Optional[List[str]] = None) -> int:
@@ -46,13 +47,15 @@ def serve(options: argparse.Namespace) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
     allow_many_files()
-    robots: Union[Simulation, PlayedRobot] = simulation_of(options) if options.play is None else played_robot(options)
+    grounds = grounds_of(options) if options.tasks else None
+    robots: Union[Simulation, PlayedRobot] = (
+        simulation_of(options, grounds.world if grounds else None) if options.play is None else played_robot(options))
     server = Server(robots, options.tcp, options.pty, speed=options.speed, seed=options.seed, faults=faults_of(options),
                     record=options.record, say=say, lockstep=options.lockstep)
     truth: Optional[TruthService] = None
     try:
         if options.truth is not None and isinstance(robots, Simulation):
-            truth = TruthService(server, robots, options.truth)
+            truth = TruthService(server, robots, options.truth, Referee(robots, grounds))
         print(*welcome(server, robots), sep="\n")
         if truth is not None:
             print("The true state of the world is at %s" % options.truth)
@@ -83,14 +86,31 @@ def allow_many_files() -> None:
     resource.setrlimit(resource.RLIMIT_NOFILE, (most_files, most_files))
 
 
-def simulation_of(options: argparse.Namespace) -> Simulation:
+def grounds_of(options: argparse.Namespace) -> Grounds:
+    """Return the world that the options of the command line describe, with the arenas of all tasks beside it.
+
+    Raises:
+        UsageError: an option is not legal.
+    """
+    if options.truth is None:
+        raise UsageError("--tasks needs --truth: a task is chosen by an order at that socket")
+    world = load_world(options.world)
+    starts = standing_places(world, find_model(options.model, options.models), options.robots)
+    return Grounds(world, starts, load_tasks())
+
+
+def simulation_of(options: argparse.Namespace, world: Optional[World] = None) -> Simulation:
     """Return the simulation, with world and robots, that the options of the command line describe.
+
+    Args:
+        options: the options.
+        world: the world in which the robots stand. If None, that of the options.
 
     Raises:
         UsageError: an option is not legal.
     """
     return simulate(
-        load_world(options.world), find_model(options.model, options.models), options.robots, options.name,
+        world or load_world(options.world), find_model(options.model, options.models), options.robots, options.name,
         options.seed,
         gripper=options.gripper, rear_sonar=options.rear_sonar, noise=options.noise,
         numbers=load_numbers(options.numbers))
@@ -194,6 +214,8 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
     "--truth": dict(metavar="PATH",
                     help="make a Unix domain socket, at which other programs get the true state of the world and give"
                          " orders; see docs/simulator.md"),
+    "--tasks": dict(action="store_true",
+                    help="add the arenas of all tasks beside the world; needs --truth; see docs/simulator.md"),
     "--play": dict(metavar="FILE",
                    help="play back the robot in this record, instead of a simulated robot; see docs/wire.md"),
     "--client": dict(metavar="FILE",

@@ -1,13 +1,22 @@
 """Puts robots and cans somewhere else, as a person in the room does. This file uses no ROS and no real time."""
 
-from typing import Iterator, List, Sequence
+from typing import Iterator, List, Sequence, Tuple
 
 import numpy as np
 
 from ..errors import ParameterError
 from .simulation import Simulation
+from .world import Can
 from .world.geometry import Solids, is_inside
 from .world.poses import Point, Pose, placed
+
+Home = Tuple[Can, float, float]
+"""A can, and the x and y (m, map frame) to which it returns."""
+
+
+def homes_of(cans: Sequence[Can]) -> List[Home]:
+    """Return each can with the place where it stands now."""
+    return [(can, can.x, can.y) for can in cans]
 
 
 class Carrier:
@@ -23,8 +32,8 @@ class Carrier:
 
     def __init__(self, simulation: Simulation):
         self._world, self._robots = simulation.world, simulation.robots
-        self._cans = [(can, can.x, can.y) for can in simulation.world.cans]
-        self.starts: List[Pose] = [robot.true_pose for robot in simulation.robots]
+        self._cans: Sequence[Home] = homes_of(simulation.world.cans)
+        self.starts: Sequence[Pose] = [robot.true_pose for robot in simulation.robots]
         """The poses (m, rad; map frame) to which the robots return."""
 
     def put(self, number: int, pose: Pose) -> None:
@@ -53,6 +62,17 @@ class Carrier:
             robot.hardware.body.begin_count()
         for can, x, y in self._cans:
             can.x, can.y = x, y
+
+    def settle(self, starts: Sequence[Pose], cans: Sequence[Home]) -> None:
+        """Let robots and cans begin somewhere else: carry them there, and from now on back to there.
+
+        Args:
+            starts: the pose (m, rad; map frame) of each robot.
+            cans: the cans that are in the world from now on. All others are taken away.
+        """
+        self.starts, self._cans = starts, cans
+        self._world.cans[:] = [can for can, _, _ in cans]
+        self.reset_all()
 
     def _put(self, number: int, pose: Pose, problem: str) -> None:
         """Put a robot at `pose`. If it would overlap something, raise a ParameterError that begins with `problem`."""

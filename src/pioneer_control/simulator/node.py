@@ -53,6 +53,7 @@ from .line import Server, fault_of, load_faults
 from .parameters import SimulatorParameters, check_parameters
 from .shoves import ShoveWatch
 from .simulation import Simulation, simulate
+from .tasks import Referee
 from .truth.orders import Orders, Request
 from .truth.state import can_place
 from .world import World, load_world
@@ -101,7 +102,7 @@ def main() -> int:
             simulation, parameters.tcp, parameters.pty or None, speed=parameters.speed, seed=parameters.seed,
             faults=faults, record=parameters.record or None,
             say=lambda sentence: rospy.logwarn("simulated %s", sentence))
-        orders = Orders(simulation, server.simulation, server.pace)
+        orders = Orders(simulation, server.simulation, server.pace, Referee(simulation))
     except PioneerError as error:
         rospy.logfatal("%s", error)
         return 2 if isinstance(error, ValueError) else 1

@@ -13,7 +13,7 @@ This file uses no threads, no sockets and no real time. The same bytes at the sa
 answers. It does not matter into how many calls the time is split.
 """
 
-from typing import Any, List, Optional
+from typing import Any, Callable, List, Optional
 
 from ..errors import ParameterError
 from ..robots import RobotModel
@@ -42,6 +42,8 @@ class Simulation:
         self.clock = Clock()
         self.robots: List[Firmware] = []
         self.next_step_us = NEVER_US
+        self.on_step: Callable[[int], None] = lambda now_us: None
+        """Function that is called with the simulated time (microseconds) after each step of robots."""
 
     def add(self, model: RobotModel, pose: Optional[Pose] = None, **options: Any) -> Firmware:
         """Add a robot, which is switched on now.
@@ -90,6 +92,7 @@ class Simulation:
                     robot.step()
                 if robot.next_step_us < self.next_step_us:
                     self.next_step_us = robot.next_step_us
+            self.on_step(now_us)
         self.clock.now_us = end_us
 
 

@@ -13,12 +13,17 @@ import sys
 import tempfile
 import threading
 import webbrowser
-from typing import Any, Dict, Iterator, List, Optional
+from time import monotonic
+from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Optional
 
 from ..errors import PioneerError, UsageError
 from ..port_url import without_key
 from .owner import Owner
 from .site import KEY, Site, open_site
+
+if TYPE_CHECKING:
+    from .task_board import TaskBoard
+    from .truth import TruthLine
 
 BAGS = ".bag", ".bag.active"
 PACKAGE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
@@ -67,6 +72,8 @@ def serve(options: argparse.Namespace, ending: "Signals") -> None:
     if importlib.util.find_spec("tornado") is None:
         raise PioneerError("the page needs tornado: sudo apt install python3-tornado (or pip install tornado)")
     bags = [name for name in options.robots if name.endswith(BAGS)]
+    if options.task is not None and options.students is None:
+        raise UsageError("a task is for a class: give --class N too")
     if options.students is not None and options.robots:
         raise UsageError("a class has simulated robots: give --class or robots, but not both")
     if bags and len(bags) < len(options.robots):
@@ -116,27 +123,58 @@ def serve_class(options: argparse.Namespace, ending: "Signals", stack: contextli
     """Serve a class with a simulated robot for each student, until a signal comes."""
     count, world = options.students, options.world
     truth = os.path.join(stack.enter_context(tempfile.TemporaryDirectory(prefix="pioneer-")), "truth")
-    simulator = stack.enter_context(simulator_process(truth, "--robots", str(count), "--world", world))
+    simulator = stack.enter_context(simulator_process(truth, "--robots", str(count), "--world", world, "--tasks"))
     from .class_desk import ClassDesk       # late: the simulator starts meanwhile
     from .client_crew import ClientCrew
-    from .qr import qr_lines, qr_rows
+    from .paced_feed import PacedFeed
+    from .qr import qr_image, qr_lines, qr_rows
+    from .task_board import TaskBoard
     site = opened("class", options, stack, is_class=True)
     urls = urls_of(simulator, ending, count)
     if ending.wanted.is_set():
         return
     owner = Owner(site.listening, site.told, folder=options.folder, say=say)
     code = qr_rows(site.class_address)
-    desk = ClassDesk(range(1, count + 1), {"address": site.class_address, "qr": code, "worlds": [world]}, owner.outbox,
-                     owner.programs, owner.vacate)
+    desk = ClassDesk(range(1, count + 1), {"address": site.class_address, "qr": qr_image(code), "worlds": [world]},
+                     owner.outbox, owner.programs, owner.vacate)
     owner.rules = desk
-    crew = ClientCrew(urls, truth, owner, desk)
+    paced = PacedFeed(desk)
+    board = TaskBoard(paced, desk.who, say)
+    crew = ClientCrew(urls, truth, owner, board)
     stack.callback(crew.close)
-    desk.simulator, owner.look = crew.truth, crew.look
+    desk.simulator = crew.truth
+    if options.task is not None and crew.truth is not None:
+        choose_task(options.task, crew.truth, board, ending)
+
+    def look() -> None:
+        crew.look()
+        board.turn()
+        paced.turn(monotonic())
+
+    owner.look = look
     run(site, owner, options, ending, [
         "You, the teacher:  %s" % site.address, "", *qr_lines(code), "", "Students open", "",
         "    %s" % site.class_address, "",
         "%d robots stand in the world %r." % (count, world),
         *([] if site.shared else ["This serves this computer only. --share lets others in."])])
+
+
+def choose_task(name: str, truth: "TruthLine", board: "TaskBoard", ending: "Signals") -> None:
+    """Choose a task before students come. A signal may cut it short.
+
+    Raises:
+        UsageError: there is no such task. The error names those that there are.
+    """
+    for _ in range(round(SIMULATOR_STARTS_WITHIN / 0.05)):
+        truth.turn(monotonic())
+        if board.tasks or ending.wanted.wait(0.05):
+            break
+    names = [task for task, _ in board.tasks]
+    if name in names:
+        truth.order("task", None, {"name": name}, lambda done, sentence: say(sentence))
+    elif not ending.wanted.is_set():
+        raise UsageError("there is no task %r; legal: %s" % (
+            name, ", ".join(names) or "none, for the simulator tells of no tasks"))
 
 
 def opened(title: str, options: argparse.Namespace, stack: contextlib.ExitStack, is_class: bool = False) -> Site:
@@ -235,6 +273,7 @@ def parser() -> argparse.ArgumentParser:
     result.add_argument("--class", dest="students", type=student_count, metavar="N",
                         help="a class: N simulated robots, a page for the teacher, and one for each student")
     result.add_argument("--world", default="classroom", help="the world of a class (default: %(default)s)")
+    result.add_argument("--task", metavar="NAME", help="a class begins with this task chosen: square, goal, ...")
     result.add_argument("--truth", metavar="PATH",
                         help="the simulator's socket of this option: shows the map of its robots")
     result.add_argument("--folder", help=argparse.SUPPRESS)     # of another page: for tests

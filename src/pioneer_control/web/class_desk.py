@@ -3,7 +3,7 @@
 =====================  ================================================================================================
 text                   who gets it
 =====================  ================================================================================================
-class                  teachers: address, QR code, students, whether time stands
+class                  teachers: address, QR code, students, tasks, whether time stands
 join                   true for everybody who has no robot and is no teacher; else false
 mine                   each student: the own robot and name; others: no robot
 program                each student: the key of the own robot; teachers: those of all
@@ -19,8 +19,9 @@ from .backend import TEACHERS, Person
 from .classroom import Classroom, Student
 from .exchange import Outbox
 from .guard import Allowance
-from .orders import ALL, ClearFaultsOrder, FaultOrder, FreeOrder, JoinOrder, PauseOrder, ResetOrder, SpeedOrder
+from .orders import FreeOrder, JoinOrder
 from .programs import Programs
+from .simulator_orders import simulator_order
 
 MOST_JOINS = 3          # of a page in a second: each one is told to teachers
 Entry = Dict[str, Any]
@@ -51,7 +52,8 @@ class ClassDesk:
                  vacate: Callable[[int], None]) -> None:
         self.simulator: Optional[Simulator] = None
         self._classroom = Classroom(robots)
-        self._told, self._outbox, self._programs, self._vacate = told, outbox, programs, vacate
+        self._told = dict(told, tasks=[])
+        self._outbox, self._programs, self._vacate = outbox, programs, vacate
         self._viewers: Dict[int, Person] = {}
         self._joins: Dict[int, Allowance] = {}      # how often each viewer may still join
         self._time: Entry = {"paused": False, "speed": 1.0}
@@ -126,24 +128,22 @@ class ClassDesk:
             raise RefusedError("refused: only the teacher may do this")
         if isinstance(order, FreeOrder):
             self._free(order.robot)
-        elif isinstance(order, PauseOrder):
-            self._simulate(person, "pause" if order.on else "go_on")
-        elif isinstance(order, SpeedOrder):
-            self._simulate(person, "speed", speed=order.speed)
-        elif isinstance(order, ResetOrder):
-            self._simulate(person, "reset", None if order.robot == ALL else int(order.robot))
-        elif isinstance(order, FaultOrder):
-            self._simulate(person, "add_fault", None if order.robot == ALL else int(order.robot), fault=order.words)
-        elif isinstance(order, ClearFaultsOrder):
-            self._simulate(person, "clear_faults")
+        else:
+            if self.simulator is None:
+                raise RefusedError("refused: these robots are not simulated")
+            self.simulator.order(*simulator_order(order), functools.partial(self._answer, person.viewer))
 
     # What the simulator tells: the Feed of the truth
 
     def text(self, kind: str, value: Any, robot: Optional[int] = None, seat: str = "", to: str = "") -> None:
-        """Pass a text of the simulator on. See Feed.text()."""
+        """Pass a text of the simulator on. The list of tasks is part of the text ``class``. See Feed.text()."""
         if kind == "time":
             self._time = value
             self._tell()
+        if kind == "tasks":
+            self._told = dict(self._told, tasks=value)
+            self._tell()
+            return
         self._outbox.text(kind, value, robot, seat, TEACHERS if kind == "faults" else to)
 
     # Students
@@ -174,11 +174,6 @@ class ClassDesk:
         students = [[student.robot, student.name, "here" if student.visitor in here else "away"]
                     for student in self._classroom.students]
         self._outbox.text("class", dict(self._told, students=students, **self._time), to=TEACHERS)
-
-    def _simulate(self, person: Person, name: str, robot: Optional[int] = None, **values: Any) -> None:
-        if self.simulator is None:
-            raise RefusedError("refused: these robots are not simulated")
-        self.simulator.order(name, robot, values, functools.partial(self._answer, person.viewer))
 
     def _answer(self, viewer: int, done: bool, sentence: str) -> None:
         self._outbox.said("info" if done else "error", sentence, None, [viewer])

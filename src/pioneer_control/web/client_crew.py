@@ -10,6 +10,7 @@ from .client_robot import ClientRobot
 from .owner import Owner
 from .program_line import ProgramLine
 from .programs import SharedRobot, Wire
+from .trail import Trail
 from .truth import TruthLine
 
 
@@ -33,7 +34,8 @@ class ClientCrew:
         addresses = [(robot.number, tcp_address(url)) for robot, url in zip(self.robots, urls)]
         self.truth = None if truth is None else TruthLine(
             truth, {address[1]: number for number, address in addresses if address is not None},
-            lambda number: self.robots[number - 1].base, owner.outbox if feed is None else feed)
+            lambda number: self.robots[number - 1].base, owner.outbox if feed is None else feed,
+            functools.partial(self._begin_trail, owner.outbox))
         owner.keep(self.robots)
         for robot, wire in zip(self.robots, wires):
             robot.has_programs = True
@@ -45,6 +47,11 @@ class ClientCrew:
         """Listen to the simulator. The owner calls this in each of its turns."""
         if self.truth is not None:
             self.truth.turn(monotonic())
+
+    def _begin_trail(self, outbox: TextFeed, number: int) -> None:
+        """Forget the way of a robot that was carried: it did not drive from there to here."""
+        self.robots[number - 1].trail = Trail()
+        outbox.text("trail", [], number)
 
     def close(self) -> None:
         """Listen no more."""

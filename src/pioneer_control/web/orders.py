@@ -17,6 +17,7 @@ LONGEST_MESSAGE = 4096      # bytes
 LONGEST_NAME = 24
 LONGEST_SENTENCE = 500
 LONGEST_FAULT = 100
+LONGEST_TASK = 24
 SPEEDS = 0.2, 4.0
 """The slowest and the fastest time of a class. Slower, links to robots are taken for lost."""
 ALL = "all"
@@ -146,10 +147,27 @@ class ClearFaultsOrder(NamedTuple):
     """All faults end."""
 
 
+class TaskOrder(NamedTuple):
+    """Choose the task of this name; "" for none."""
+
+    name: str
+
+
+class StartTaskOrder(NamedTuple):
+    """The chosen task begins."""
+
+
+class EndTaskOrder(NamedTuple):
+    """The task ends."""
+
+
 HelmOrder = Union[DriveOrder, StopOrder, UnlockOrder, MotorsOrder, GripperOrder, LimitOrder, TakeOrder, ReleaseOrder]
 """An order about robots."""
 HELM_ORDERS = (DriveOrder, StopOrder, UnlockOrder, MotorsOrder, GripperOrder, LimitOrder, TakeOrder, ReleaseOrder)
-ClassOrder = Union[JoinOrder, FreeOrder, PauseOrder, SpeedOrder, ResetOrder, FaultOrder, ClearFaultsOrder]
+SimulatorOrder = Union[PauseOrder, SpeedOrder, ResetOrder, FaultOrder, ClearFaultsOrder, TaskOrder, StartTaskOrder,
+                       EndTaskOrder]
+"""An order for the simulator."""
+ClassOrder = Union[JoinOrder, FreeOrder, SimulatorOrder]
 """An order in a class: all but the first are for the teacher."""
 PageOrder = Union[HelmOrder, DrawnOrder, PingOrder, NameOrder, SayOrder, ClassOrder]
 
@@ -210,6 +228,11 @@ ORDERS: Mapping[str, Tuple[Callable[..., PageOrder], Mapping[str, Check]]] = {
     "fault": (FaultOrder, {"robot": ROBOT_OR_ALL, "words": _text(
         LONGEST_FAULT, "1 to %d printable characters" % LONGEST_FAULT)}),
     "clear_faults": (ClearFaultsOrder, {}),
+    "task": (TaskOrder, {"name": Check(
+        "a text of at most %d printable characters" % LONGEST_TASK,
+        lambda value: type(value) is str and len(value) <= LONGEST_TASK and value.isprintable())}),
+    "start_task": (StartTaskOrder, {}),
+    "end_task": (EndTaskOrder, {}),
 }
 """For each value of ``do``: the order, and its fields."""
 VISITOR = Check("16 to 64 letters and digits", lambda value: (

@@ -1,5 +1,7 @@
 """An address as a QR code: for the page, and for a terminal."""
 
+import re
+import urllib.parse
 from typing import List
 
 
@@ -13,6 +15,20 @@ def qr_rows(text: str) -> List[str]:
     code.add_data(text)
     code.make(fit=True)
     return ["".join("1" if dark else "0" for dark in row) for row in code.get_matrix()]
+
+
+def qr_image(rows: List[str], border: int = 4) -> str:
+    """Return a QR code as an address (``data:``) of a picture that a page shows. Empty if there are no rows."""
+    if not rows:
+        return ""
+    dark = "".join("M%d,%dh%dv1h-%dz" % (run.start(), y, len(run.group()), len(run.group()))
+                   for y, row in enumerate(rows) for run in re.finditer("1+", row))
+    wide = len(rows) + 2 * border
+    box = "%d %d %d %d" % (-border, -border, wide, wide)
+    svg = ("<svg xmlns='http://www.w3.org/2000/svg' viewBox='%s' shape-rendering='crispEdges'>"
+           "<path fill='#fff' d='M%d,%dh%dv%dh-%dz'/><path d='%s'/></svg>" % (
+               box, -border, -border, wide, wide, wide, dark))
+    return "data:image/svg+xml," + urllib.parse.quote(svg, safe=" ,:/='")
 
 
 def qr_lines(rows: List[str], border: int = 2) -> List[str]:

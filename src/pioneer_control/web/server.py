@@ -121,7 +121,8 @@ class Hub(asyncio.Protocol):
         words = first_words(read_message(message))
         is_teacher = is_teachers(words.key, self.keys)
         if is_teacher is None:
-            page.bye(Farewell(WRONG_KEY, "the key is wrong: use the address that the server printed at its start"))
+            page.bye(Farewell(WRONG_KEY, "the key is wrong: open the whole address that the server printed, with # "
+                                         "and the key at its end"))
             return None
         number = next(self._numbers)
         farewell = self.fleet.arrive(number, Person(number, words.visitor, "", is_teacher), monotonic())

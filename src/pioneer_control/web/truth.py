@@ -12,6 +12,7 @@ from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple
 
 from ..errors import RefusedError
 from .backend import TextFeed
+from .trail import JUMP
 
 Pose = Tuple[float, float, float]
 """x and y (m), heading (rad)."""
@@ -49,6 +50,9 @@ class Truth:
         self._data = b""
         self._robots: List[Optional[int]] = []      # for each robot of the simulator its number for the page
         self._told: Dict[str, Any] = {}
+        self._places: List[Any] = []                # where the robots were before
+        self.carried: List[int] = []
+        """The page's numbers of robots that somebody has carried farther than JUMP."""
         self.answers: List[Tuple[Any, bool, str]] = []
         """Answers to orders that have come: the id of the order, whether it was done, a sentence."""
 
@@ -58,6 +62,8 @@ class Truth:
 
     def receive(self, data: bytes) -> List[Tuple[str, Any]]:
         """Take bytes of the simulator. Returns the texts that changed: kind and value.
+
+        "tasks" is a list of name and title of all tasks. In "task" all robots of the page are ranked, without names.
 
         Raises:
             ValueError, TypeError, LookupError: this is not what a simulator says.
@@ -69,7 +75,7 @@ class Truth:
         for line in lines:
             message = json.loads(line.decode())
             if "world" in message:
-                found["world"] = self._take_world(message["world"])
+                found.update(self._take_world(message["world"]))
             elif "truth" in message:
                 found.update(self._take_truth(message["truth"]))
             elif "answer" in message:
@@ -82,18 +88,38 @@ class Truth:
     def _take_world(self, world: Mapping[str, Any]) -> Dict[str, Any]:
         ports = [(robot["url"] or "").rpartition(":")[2] for robot in world["robots"]]
         self._robots = [self._numbers.get(int(port)) if port else None for port in ports]
-        shown = {name: world[name] for name in ("name", "bounds", "walls", "boxes", "posts")}
-        return dict(shown, can={"radius": world["cans"][0][0]}) if world["cans"] else shown
+        shown = {name: world[name] for name in ("name", "bounds", "walls", "boxes", "posts", "places")}
+        can = {"can": {"radius": world["cans"][0][0]}} if world["cans"] else {}
+        tasks = {"tasks": world["tasks"]} if "tasks" in world else {}
+        return {"world": {**shown, **can}, **tasks}
 
     def _take_truth(self, truth: Mapping[str, Any]) -> Dict[str, Any]:
         time = {"time": {"paused": truth["paused"], "speed": truth["speed"]}} if "paused" in truth else {}
         faults = {"faults": truth["faults"]} if "faults" in truth else {}
+        task = {"task": self._task_of(truth["task"])} if "task" in truth else {}
+        self._see_carried(truth["robots"])
         return {
-            **time, **faults,
+            **time, **faults, **task,
             "origins": {str(number): origin_of(origin, self._base(number))
                         for number, origin in zip(self._robots, truth["origins"]) if number is not None},
-            "cans": [[x, y, lifted] for x, y, lifted, *_ in truth["cans"]],
+            "cans": [[round(each, 2) for each in can[:3]] for can in truth["cans"]],
         }
+
+    def _see_carried(self, places: Sequence[Any]) -> None:
+        """Compare the robots' true poses with those before."""
+        self.carried += [number for number, (x, y, *_), (was_x, was_y, *_) in zip(self._robots, places, self._places)
+                         if number is not None and math.hypot(x - was_x, y - was_y) > JUMP]
+        self._places = list(places)
+
+    def _task_of(self, task: Optional[Mapping[str, Any]]) -> Optional[Dict[str, Any]]:
+        """Return the task with its ranking, best first."""
+        if task is None:
+            return None
+        ranking = [{"robot": number, "who": "", "points": points, "note": note}
+                   for number, (points, note) in zip(self._robots, task["scores"]) if number is not None]
+        ranking.sort(key=lambda entry: (-entry["points"], entry["robot"]))
+        shown = {name: task[name] for name in ("name", "title", "text", "state", "clock", "limit")}
+        return {**shown, "ranking": ranking}
 
 
 class TruthLine:
@@ -103,10 +129,12 @@ class TruthLine:
         path: the path of the socket.
         numbers, base: see Truth.
         feed: takes the texts.
+        carried: called with the number of a robot that somebody has carried.
     """
 
-    def __init__(self, path: str, numbers: Mapping[int, int], base: Callable[[int], Pose], feed: TextFeed) -> None:
-        self._path, self._numbers, self._base, self._feed = path, numbers, base, feed
+    def __init__(self, path: str, numbers: Mapping[int, int], base: Callable[[int], Pose], feed: TextFeed,
+                 carried: Callable[[int], None] = lambda number: None) -> None:
+        self._path, self._numbers, self._base, self._feed, self._carried = path, numbers, base, feed, carried
         self._truth = Truth(numbers, base)
         self._socket: Optional[socket.socket] = None
         self._retry_at = -math.inf
@@ -159,6 +187,8 @@ class TruthLine:
                     return
                 for kind, value in self._truth.receive(data):
                     self._feed.text(kind, value)
+                while self._truth.carried:
+                    self._carried(self._truth.carried.pop())
                 while self._truth.answers:
                     number, done, sentence = self._truth.answers.pop(0)
                     self._orders.pop(number, lambda done, sentence: None)(done, sentence)

@@ -272,7 +272,7 @@ class TestOtherFields:
         assert len(read_run(path, "pioneer").odometry.x)
 
     @pytest.mark.parametrize("name", ["cmd_vel", "sonar", "battery_state", "decision", "stall", "robot_info", "map",
-                                      "cans", "world"])
+                                      "cans", "world", "helm", "teleop/cmd_vel"])
     def test_of_the_robot_itself(self, run_of, name):
         strange = other(TOPICS[name].type)
         others = [message for message in make.driven(seconds=1) if not message[0].endswith(name)]
@@ -288,6 +288,45 @@ class TestOtherFields:
         small = other("Stall", definition="int32 a\n")
         small.__class__._full_text = "int32 a\nfloat64[99999999999] much\n"
         assert "could not be understood" in run_of([*make.driven(seconds=1), ("/pioneer/stall", small, 1000.5)]).damage
+
+
+def helm(programs_locked_out):
+    """Return a Helm message."""
+    return make.message_class("Helm")(programs_locked_out=programs_locked_out)
+
+
+class TestCommandsOfAPerson:
+    """A program says 0.1 m/s, ten times a second. A person drives at 0.3 from 1 to 2 s, and gives back at 3 s."""
+
+    POSES = [("/pioneer/pose", make.odometry(0, 0, 0), 1000.0), ("/pioneer/pose", make.odometry(1, 0, 0), 1004.0)]
+    PROGRAM = [("/pioneer/cmd_vel", make.twist(0.1), 1000.01 + 0.1 * step) for step in range(40)]
+    PERSON = [("/pioneer/teleop/cmd_vel", make.twist(0.3 if step < 10 else 0.0), 1001.0 + 0.1 * step)
+              for step in range(11)]
+    HELM = [("/pioneer/helm", helm(False), 1000.0), ("/pioneer/helm", helm(True), 1001.0),
+            ("/pioneer/helm", helm(False), 1003.0)]
+
+    def commanded(self, run_of, *messages):
+        in_order = sorted(self.POSES + sum(messages, []), key=lambda message: message[2])
+        return run_of(in_order).commanded
+
+    def test_they_are_commanded_too(self, run_of):
+        velocities = self.commanded(run_of, self.PERSON)
+        assert since(velocities.time) == [1.0, 1.9, 2.0] and velocities.linear.tolist() == [0.3, 0.3, 0.0]
+
+    def test_programs_that_were_locked_out_commanded_nothing(self, run_of):
+        velocities = self.commanded(run_of, self.PROGRAM, self.PERSON, self.HELM)
+        assert since(velocities.time) == [0.0, 0.9, 1.0, 1.9, 2.0, 3.0, 3.9]
+        assert velocities.linear.tolist() == [0.1, 0.1, 0.3, 0.3, 0.0, 0.1, 0.1]
+
+    def test_without_helm_all_count(self, run_of):
+        velocities = self.commanded(run_of, self.PROGRAM, self.PERSON)
+        assert 0.1 in velocities.linear[(velocities.time > 1001.0) & (velocities.time < 1002.0)]
+
+    def test_other_robots_and_other_types_do_not_count(self, run_of):
+        messages = self.PERSON + [("/pioneer/x/teleop/cmd_vel", make.twist(0.7), 1000.5),
+                                  ("/teleop/cmd_vel", make.twist(0.8), 1000.5),
+                                  ("/pioneer/helm", String("x"), 1000.6)]
+        assert self.commanded(run_of, messages).linear.tolist() == [0.3, 0.3, 0.0]
 
 
 @pytest.mark.parametrize("number", [float("nan"), float("inf"), -1e300])

@@ -10,10 +10,11 @@ from pioneer_control.robots import find_model
 from pioneer_control.simulator.line import LineSimulation
 from pioneer_control.simulator.line.pace import Pace
 from pioneer_control.simulator.simulation import simulate
+from pioneer_control.simulator.tasks import Grounds, Referee, load_tasks
 from pioneer_control.simulator.truth import service, visit
 from pioneer_control.simulator.truth.orders import Orders
 from pioneer_control.simulator.truth.state import line_of, truth_of, world_of
-from pioneer_control.simulator.world import load_world
+from pioneer_control.simulator.world import World, load_world
 
 TEXT = (pathlib.Path(__file__).resolve().parents[3] / "docs" / "simulator.md").read_text(encoding="utf-8")
 
@@ -28,7 +29,8 @@ def rows(head, text=TEXT):
 def scene():
     simulation = simulate(load_world("classroom"), find_model("p3dx-sh"), 30, None, 0)
     lines, pace = LineSimulation(simulation), Pace(1.0, 0)
-    return simulation, lines, pace, Orders(simulation, lines, pace)
+    referee = Referee(simulation)
+    return simulation, lines, pace, referee, Orders(simulation, lines, pace, referee)
 
 
 def names(cells):
@@ -36,14 +38,22 @@ def names(cells):
 
 
 def test_everything_in_the_world_has_its_row(scene):
-    told = json.loads(line_of(world_of(scene[0], [None] * 30)))["world"]
+    told = json.loads(line_of(world_of(scene[0], [None] * 30, scene[3])))["world"]
     table = rows("in `world`")
     assert names(row[0] for row in table) == list(told)
     assert names([table[-1][1]]) == list(told["robots"][0])
 
 
 def test_everything_in_the_truth_has_its_row(scene):
-    assert names(row[0] for row in rows("in `truth`")) == list(truth_of(*scene[:3])["truth"])
+    assert names(row[0] for row in rows("in `truth`")) == list(truth_of(*scene[:4])["truth"])
+
+
+def test_everything_in_a_task_has_its_row():
+    base = World("hall")
+    grounds = Grounds(base, base.starts, load_tasks())
+    referee = Referee(simulate(grounds.world, find_model("p3dx-sh"), 1, None, 0), grounds)
+    referee.choose("square")
+    assert names(row[0] for row in rows("in `task`")) == list(referee.told)
 
 
 def order_row(name, kind):
@@ -55,7 +65,7 @@ def order_row(name, kind):
 
 def test_every_order_has_its_row(scene):
     """When this fails, the message has the rows that docs/simulator.md needs."""
-    assert rows("order | values") == [order_row(name, kind) for name, kind in scene[3].table.items()]
+    assert rows("order | values") == [order_row(name, kind) for name, kind in scene[4].table.items()]
 
 
 def test_a_row_that_lies_is_seen():
@@ -64,7 +74,7 @@ def test_a_row_that_lies_is_seen():
 
 def test_the_example_of_an_order_is_answered_so(scene):
     order, answer = re.search(r'^(\{"id".*\})\n(\{"answer".*\})$', TEXT, re.MULTILINE).groups()
-    orders = scene[3]
+    orders = scene[4]
     assert orders.answer(orders.read(order.encode())) == json.loads(answer)
 
 

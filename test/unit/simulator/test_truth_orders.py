@@ -12,6 +12,7 @@ from pioneer_control.robots import find_model
 from pioneer_control.simulator.line import LineSimulation
 from pioneer_control.simulator.line.pace import Pace
 from pioneer_control.simulator.simulation import Simulation
+from pioneer_control.simulator.tasks import Grounds, Referee, load_tasks
 from pioneer_control.simulator.truth.orders import LONGEST_WORDS, MOST_FAULTS, TOO_LONG, Orders
 from pioneer_control.simulator.truth.state import line_of
 from pioneer_control.simulator.world import Can, World
@@ -23,21 +24,22 @@ STARTS = [(0.0, 0.0, 0.0), (0.0, 2.0, 0.0)]
 class Desk:
     """Two robots, and what obeys orders."""
 
-    def __init__(self):
-        world = World("desk", [(4.0, -3.0, 4.0, 3.0)], cans=[Can(1.0, -2.0)], starts=STARTS)
-        self.simulation = Simulation(world)
+    def __init__(self, world=None, grounds=None):
+        self.simulation = Simulation(
+            world or World("desk", [(4.0, -3.0, 4.0, 3.0)], cans=[Can(1.0, -2.0)], starts=STARTS))
         for _ in STARTS:
             self.simulation.add(find_model("p3dx-sh")).receive(OPEN)
         self.lines, self.pace = LineSimulation(self.simulation), Pace(1.0, 0)
-        self.orders = Orders(self.simulation, self.lines, self.pace)
+        self.referee = Referee(self.simulation, grounds)
+        self.orders = Orders(self.simulation, self.lines, self.pace, self.referee)
 
     def answer(self, line):
         """Return the answer to a line, as the program reads it."""
         return json.loads(line_of(self.orders.answer(self.orders.read(line))))
 
-    def order(self, name, **values):
+    def order(self, order, **values):
         """Give an order, and return whether it was obeyed, and the text about it."""
-        answer = self.answer(json.dumps({"id": 5, "order": name, **values}).encode())
+        answer = self.answer(json.dumps({"id": 5, "order": order, **values}).encode())
         assert sorted(answer) == ["answer", "ok", "text"] and answer["answer"] == 5
         return answer["ok"], answer["text"]
 
@@ -108,15 +110,38 @@ def test_faults_are_not_too_many(desk):
     assert desk.order("clear_faults") == (True, "100 ended") and desk.order("add_fault", fault="delay 1")[0]
 
 
+def test_tasks():
+    base = World("hall", starts=STARTS)
+    grounds = Grounds(base, STARTS, load_tasks())
+    desk = Desk(grounds.world, grounds)
+    assert desk.order("begin_task") == (False, "no task is chosen; there are square, goal, sweep, cans, maze")
+    assert desk.order("task", name="cans") == (True, "the task cans is ready")
+    assert len(desk.simulation.world.cans) == 6 and desk.poses == desk.referee.ground.starts
+    assert desk.order("begin_task") == (True, "the task cans has begun")
+    assert desk.order("begin_task") == (False, "the task runs already: end it first")
+    assert desk.order("put", robot=2, pose=[*desk.referee.ground.offsets[1], 1.0])[0]
+    assert desk.order("reset") == (True, "all robots and cans are where they began")
+    assert desk.poses == desk.referee.ground.starts, "where they began in the task"
+    assert desk.order("end_task") == (True, "the task cans is over")
+    assert desk.order("task", name="") == (True, "all robots are back in hall")
+    assert desk.simulation.world.cans == [] and desk.poses == STARTS
+
+
 # -- orders that are not legal
 
 @pytest.mark.parametrize("name, values, text", [
     ("puase", {}, 'no order "puase"; did you mean \'pause\'? there are pause, go_on, speed, reset, put, stop_button,'
-                  " add_fault, clear_faults"),
+                  " add_fault, clear_faults, task, begin_task, end_task"),
     (None, {}, "no order null; there are pause, "),
     (["pause"], {}, 'no order ["pause"]; there are pause, '),
     ("pause", {"now": 1}, 'pause has no "now"; there are id, order'),
     ("put", {"robots": 1}, "put has no \"robots\"; did you mean 'robot'? there are id, order, robot, pose"),
+    ("task", {}, "task needs name: a text of 0 to 200 characters"),
+    ("task", {"name": "square"}, "no task 'square'; there are no tasks: start the simulator with --tasks"),
+    ("task", {"name": 1}, "name 1 is not legal: give a text of 0 to 200 characters"),
+    ("task", {"name": "x" * 201}, "is not legal: give a text of 0 to 200 characters"),
+    ("begin_task", {}, "no task is chosen; there are no tasks: start the simulator with --tasks"),
+    ("end_task", {}, "no task is chosen; there are no tasks"),
     ("speed", {}, "speed needs speed: a number from 0.01 to 100"),
     ("speed", {"speed": 0}, "speed 0 is not legal: give a number from 0.01 to 100"),
     ("speed", {"speed": "2"}, 'speed "2" is not legal: give a number from 0.01 to 100'),

@@ -13,6 +13,7 @@ from pioneer_control.simulator.hardware import standard_numbers
 from pioneer_control.simulator.line import LineSimulation, fault_of
 from pioneer_control.simulator.line.pace import Pace
 from pioneer_control.simulator.simulation import Simulation, simulate
+from pioneer_control.simulator.tasks import Referee
 from pioneer_control.simulator.truth.state import line_of, marked_place, truth_of, world_of
 from pioneer_control.simulator.world import Can, World, load_world
 from pioneer_control.simulator.world.poses import compose
@@ -34,7 +35,7 @@ class Stage:
         for subtype in ("p3dx-sh", "amigo-sh"):
             self.simulation.add(find_model(subtype), noise=0.0).receive(OPEN)
         self.lines = LineSimulation(self.simulation)
-        self.pace = Pace(2.0, 0)
+        self.pace, self.referee = Pace(2.0, 0), Referee(self.simulation)
 
     def do(self, number, *command, seconds=0.0):
         """Send a command to a robot, and let time pass while the clients stay in touch."""
@@ -46,14 +47,14 @@ class Stage:
 
     @property
     def truth(self):
-        return truth_of(self.simulation, self.lines, self.pace)["truth"]
+        return truth_of(self.simulation, self.lines, self.pace, self.referee)["truth"]
 
 
 def test_the_world_is_told_as_it_is():
     world = load_world("office")
     simulation = simulate(world, find_model("p3dx-sh"), 5, None, 0)
     urls = ["socket://127.0.0.1:%d" % (8101 + number) for number in range(4)] + [None]
-    told = json.loads(line_of(world_of(simulation, urls)))["world"]
+    told = json.loads(line_of(world_of(simulation, urls, Referee(simulation))))["world"]
     assert (told["name"], told["bounds"]) == ("office", [0.0, 0.0, 20.0, 12.0])
     assert len(told["walls"]) == 160 and told["walls"][0] == [0.0, 0.0, 20.0, 0.0]
     assert len(told["posts"]) == 15 and told["posts"][0] == [1.2, 1.5, 0.15]
@@ -70,7 +71,7 @@ def test_the_world_is_told_as_it_is():
 
 def test_places_are_told_and_headings_are_wrapped():
     stage = Stage()
-    told = json.loads(line_of(world_of(stage.simulation, [None, None])))["world"]
+    told = json.loads(line_of(world_of(stage.simulation, [None, None], stage.referee)))["world"]
     assert told["starts"][1][2] == told["robots"][1]["start"][2] == round(7.0 - 2.0 * math.pi, 4)
     assert told["places"] == [{"name": "mat", "centre": [0.0, 0.0], "size": [1.0, 0.4]},
                               {"name": "hole", "centre": [2.0, 2.0], "diameter": 1.0}]
@@ -84,7 +85,7 @@ def test_robots_at_rest():
         "origins": [(0.0, 0.0, 0.0), (2.0, 0.0, pytest.approx(7.0 - 2.0 * math.pi))],
         "grippers": [[0.21, 0.07], None], "stop_buttons": [False, False],
         "contacts": [0, 0], "driven": [0.0, 0.0],
-        "cans": [(0.3, 0.0, 0.0, -1, 1), (2.5, 1.0, 0.0, -1, -1)], "faults": [],
+        "cans": [(0.3, 0.0, 0.0, -1, 1), (2.5, 1.0, 0.0, -1, -1)], "faults": [], "task": None,
     }
 
 
@@ -158,7 +159,7 @@ def test_wheels_that_slip_do_not_count_for_the_true_way():
     simulation.advance(1.9)
     robot.receive(p2os.encode_command("PULSE"))
     simulation.advance(1.5)
-    truth = truth_of(simulation, LineSimulation(simulation), Pace(1.0, 0))["truth"]
+    truth = truth_of(simulation, LineSimulation(simulation), Pace(1.0, 0), Referee(simulation))["truth"]
     assert truth["driven"] == [pytest.approx(robot.true_pose[0])]
     assert robot.true_pose[0] == pytest.approx(0.33, abs=1e-3) and robot.hardware.odometry.pose[0] < 0.31
 
@@ -207,4 +208,4 @@ def test_a_line_is_short_and_plain():
 
 def test_thirty_robots_fit_into_a_few_kilobytes():
     simulation = simulate(load_world("classroom"), find_model("p3dx-sh"), 30, None, 0)
-    assert len(line_of(truth_of(simulation, LineSimulation(simulation), Pace(1.0, 0)))) < 5000
+    assert len(line_of(truth_of(simulation, LineSimulation(simulation), Pace(1.0, 0), Referee(simulation)))) < 5000

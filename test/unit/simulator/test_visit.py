@@ -76,6 +76,22 @@ def test_the_greeting_comes_first_and_answers_come_before_news(size):
     assert read(visit, size) == b"hello\nanswer\nnews\n"
 
 
+@pytest.mark.parametrize("size", [1, 3, 1000])
+def test_another_greeting_comes_before_the_state_that_belongs_to_it(size):
+    visit = Visit(b"hello\n")
+    read(visit, size)
+    visit.tell(b"old\n")
+    visit.greet(b"hi\n")
+    visit.greet(b"hi again\n")
+    visit.answer(b"answer\n")
+    visit.tell(b"new\n")
+    assert read(visit, size) == b"hi again\nanswer\nnew\n", "only the newest greeting, and no state from before it"
+    visit.tell(b"new\n")
+    visit.greet(b"hi\n")
+    visit.tell(b"new\n")
+    assert read(visit) == b"hi\nnew\n", "the same state again"
+
+
 def test_who_reads_slowly_gets_whole_lines_and_only_the_newest_state():
     visit = Visit(b"hello\n")
     visit.sent(len(visit.unsent))

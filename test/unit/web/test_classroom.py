@@ -1,5 +1,8 @@
 """Who is who in a class: students keep their robots, names differ, and nobody has another's robot."""
 
+import urllib.parse
+import xml.etree.ElementTree
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as some
@@ -9,8 +12,9 @@ from pioneer_control.web.backend import TEACHERS, Person
 from pioneer_control.web.class_desk import MOST_JOINS, ClassDesk
 from pioneer_control.web.classroom import Classroom
 from pioneer_control.web.orders import (
-    LONGEST_NAME, ClearFaultsOrder, FaultOrder, FreeOrder, JoinOrder, PauseOrder, ResetOrder, SpeedOrder)
-from pioneer_control.web.qr import qr_lines, qr_rows
+    LONGEST_NAME, ClearFaultsOrder, EndTaskOrder, FaultOrder, FreeOrder, JoinOrder, PauseOrder, ResetOrder, SpeedOrder,
+    StartTaskOrder, TaskOrder)
+from pioneer_control.web.qr import qr_image, qr_lines, qr_rows
 
 ADA, BOB, EVE = "a" * 16, "b" * 16, "e" * 16
 TEACHER = Person(9, "t" * 16, "", True)
@@ -62,7 +66,7 @@ class Told:
 
     def __init__(self):
         self.texts, self.sentences, self.keys, self.changed, self.orders, self.vacated = {}, [], [], [], [], []
-        self.desk = ClassDesk([1, 2], {"address": "http://x/#k", "qr": [], "worlds": ["w"]}, self, self,
+        self.desk = ClassDesk([1, 2], {"address": "http://x/#k", "qr": "", "worlds": ["w"]}, self, self,
                               self.vacated.append)
         self.desk.simulator = self
 
@@ -101,8 +105,8 @@ def test_a_student_joins_and_only_teacher_and_student_are_told(told):
     assert told.texts["mine", None, ADA] == {"robot": 1, "name": "Ada"} and told.texts["join", None, ADA] is False
     assert told.keys == [(1, (ADA, TEACHERS))]
     assert told.texts["class", None, TEACHERS] == {
-        "address": "http://x/#k", "qr": [], "worlds": ["w"], "students": [[1, "Ada", "here"]], "paused": False,
-        "speed": 1.0}
+        "address": "http://x/#k", "qr": "", "worlds": ["w"], "students": [[1, "Ada", "here"]], "paused": False,
+        "speed": 1.0, "tasks": []}
     assert {key for key in told.texts if key[0] == "class"} == {("class", None, TEACHERS)}
     desk.left(1)
     assert told.texts["class", None, TEACHERS]["students"] == [[1, "Ada", "away"]]
@@ -119,7 +123,7 @@ def test_who_may_what(told):
     assert desk.may(student(2, ADA), 1) and not desk.may(student(1, ADA), 2) and not desk.may(student(3, EVE), 1)
     assert desk.may(TEACHER, 1) and desk.may(TEACHER, 2)
     for order in (FreeOrder(1), PauseOrder(True), SpeedOrder(2.0), ResetOrder("all"), FaultOrder(1, "loss 0.5"),
-                  ClearFaultsOrder()):
+                  ClearFaultsOrder(), TaskOrder("square"), TaskOrder(""), StartTaskOrder(), EndTaskOrder()):
         with pytest.raises(PioneerError, match="only the teacher"):
             desk.obey(student(1, ADA), order, 5.0)
     assert told.orders == [] and told.vacated == []
@@ -140,12 +144,14 @@ def test_the_teacher_frees_a_robot(told):
 
 def test_orders_for_the_simulator(told):
     for order in (PauseOrder(True), PauseOrder(False), SpeedOrder(2.0), ResetOrder("all"), ResetOrder(2),
-                  FaultOrder(2, "loss 0.5"), FaultOrder("all", "stall"), ClearFaultsOrder()):
+                  FaultOrder(2, "loss 0.5"), FaultOrder("all", "stall"), ClearFaultsOrder(), TaskOrder("square"),
+                  StartTaskOrder(), EndTaskOrder()):
         told.desk.obey(TEACHER, order, 5.0)
     assert told.orders == [
         ("pause", None, {}), ("go_on", None, {}), ("speed", None, {"speed": 2.0}), ("reset", None, {}),
         ("reset", 2, {}), ("add_fault", 2, {"fault": "loss 0.5"}), ("add_fault", None, {"fault": "stall"}),
-        ("clear_faults", None, {})]
+        ("clear_faults", None, {}), ("task", None, {"name": "square"}), ("begin_task", None, {}),
+        ("end_task", None, {})]
     assert told.sentences[0] == ("info", "answer", [9]) and told.sentences[2][0] == "error"
 
 
@@ -156,6 +162,12 @@ def test_while_time_stands_nobody_hears_of_lost_links(told):
     assert told.texts["time", None, ""] == {"paused": True, "speed": 1.0}
     told.desk.text("faults", ["x"])
     assert told.texts["faults", None, TEACHERS] == ["x"]
+
+
+def test_teachers_are_told_which_tasks_there_are(told):
+    told.desk.text("tasks", [["square", "Drive a square"]])
+    assert told.texts["class", None, TEACHERS]["tasks"] == [["square", "Drive a square"]]
+    assert not [key for key in told.texts if key[0] == "tasks"]
 
 
 def test_robots_of_others_are_not_yours(told):
@@ -170,6 +182,14 @@ def test_a_qr_code():
     lines = qr_lines(rows)
     assert len({len(line) for line in lines}) == 1 and 2 * len(lines) >= len(rows) + 4
     assert qr_lines([]) == []
+
+
+def test_a_qr_code_as_a_picture():
+    start, _, svg = qr_image(["11", "01"]).partition(",")
+    root = xml.etree.ElementTree.fromstring(urllib.parse.unquote(svg))
+    assert start == "data:image/svg+xml" and root.get("viewBox") == "-4 -4 10 10"
+    assert [path.get("d") for path in root] == ["M-4,-4h10v10h-10z", "M0,0h2v1h-2zM1,1h1v1h-1z"]
+    assert qr_image([]) == ""
 
 
 def test_who_joins_again_and_again_is_refused(told):

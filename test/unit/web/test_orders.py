@@ -44,6 +44,10 @@ LEGAL = [
     ('{"do": "reset", "robot": "all"}', orders.ResetOrder("all")),
     ('{"do": "fault", "robot": 7, "words": "loss 0.2"}', orders.FaultOrder(7, "loss 0.2")),
     ('{"do": "clear_faults"}', orders.ClearFaultsOrder()),
+    ('{"do": "task", "name": "square"}', orders.TaskOrder("square")),
+    ('{"do": "task", "name": ""}', orders.TaskOrder("")),
+    ('{"do": "start_task"}', orders.StartTaskOrder()),
+    ('{"do": "end_task"}', orders.EndTaskOrder()),
 ]
 WRONG_FIELDS = {
     "drawn": [("stamp", value) for value in (-1, 2 ** 32, 1.0, True, "1", None, [], {})],
@@ -68,6 +72,9 @@ WRONG_FIELDS = {
     "reset": [("robot", value) for value in (-1, "ALL", None)],
     "fault": [("words", value) for value in ("", "x" * 101, "a\nb", 1)] + [("robot", -1), ("robot", "every")],
     "clear_faults": [],
+    "task": [("name", value) for value in ("x" * 25, "a\nb", 1, None, ["square"], "\u202e", True)],
+    "start_task": [],
+    "end_task": [],
 }
 
 

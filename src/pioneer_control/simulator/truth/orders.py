@@ -9,10 +9,10 @@ from typing import Any, Callable, Dict, Iterable, Mapping, NamedTuple, Optional,
 
 from ...errors import ParameterError
 from ...parameters import Number, Numbers, Switch, Text, Whole, nearest
-from ..carrier import Carrier
 from ..line import LineSimulation, fault_of
 from ..line.pace import SPEEDS, Pace
 from ..simulation import Simulation
+from ..tasks import Referee
 from ..world.poses import Pose
 from .state import Message
 from .visit import LONGEST_LINE
@@ -31,13 +31,18 @@ Id = Union[int, str, None]
 
 
 class ShortText(NamedTuple):
-    """Checks a text that is not empty and not too long."""
+    """Checks a text that is not too long. It may be empty only if `empty`."""
 
-    legal: str = "a text of 1 to %d characters" % LONGEST_WORDS
+    empty: bool = False
+
+    @property
+    def legal(self) -> str:
+        """The description of the legal texts, for people."""
+        return "a text of %d to %d characters" % (not self.empty, LONGEST_WORDS)
 
     def accept(self, value: Any) -> str:
         """Return the text unchanged. Raise ValueError if it is not legal."""
-        text = Text().accept(value)
+        text = Text(self.empty).accept(value)
         if len(text) > LONGEST_WORDS:
             raise ValueError
         return text
@@ -89,15 +94,16 @@ class Orders:
         simulation: the robots and their world, before any time has passed.
         lines: the same robots, with their lines and faults.
         pace: the pace of the simulated time.
+        referee: carries robots, and runs the tasks.
     """
 
-    def __init__(self, simulation: Simulation, lines: LineSimulation, pace: Pace):
+    def __init__(self, simulation: Simulation, lines: LineSimulation, pace: Pace, referee: Referee):
         self._robots, self._lines, self._pace = simulation.robots, lines, pace
-        self._carrier = Carrier(simulation)
-        self.table = self._table()
+        self._carrier = referee.carrier
+        self.table = self._table(referee)
         """All kinds of orders, by their names."""
 
-    def _table(self) -> Dict[str, OrderKind]:
+    def _table(self, referee: Referee) -> Dict[str, OrderKind]:
         robot = {"robot": Whole(1, len(self._robots))}
         pose = {"pose": Numbers(3, -FARTHEST, FARTHEST)}
         return {
@@ -116,6 +122,13 @@ class Orders:
                 self._add_fault, "a fault in words, as after `--fault`; its times count from now",
                 {"fault": ShortText()}),
             "clear_faults": OrderKind(self._clear_faults, "all faults end, also those to come"),
+            "task": OrderKind(
+                referee.choose, "a task is chosen, and ready: all robots are carried to their starts in its arena, and"
+                " its cans are put out; with the name `\"\"` all robots and cans are carried back to the world",
+                {"name": ShortText(empty=True)}),
+            "begin_task": OrderKind(
+                referee.begin, "the chosen task begins: robots and cans are carried to their starts again"),
+            "end_task": OrderKind(referee.end, "the task that runs is over"),
         }
 
     def read(self, line: bytes) -> Request:

@@ -17,6 +17,7 @@ from typing import Dict, Optional, Tuple
 from ...errors import PortError
 from ..line import Server
 from ..simulation import Simulation
+from ..tasks import Referee
 from .orders import TOO_LONG, Orders
 from .state import Message, line_of, truth_of, world_of
 from .visit import LONGEST_LINE, Visit
@@ -36,15 +37,18 @@ class TruthService:
         server: the server of the robots, before it runs.
         simulation: the robots of the server.
         path: path of the socket. A socket that a dead process has left there is replaced.
+        referee: carries robots, and runs the tasks. If None, there are no tasks.
 
     Raises:
         PortError: the socket cannot be made. The message says what to do.
     """
 
-    def __init__(self, server: Server, simulation: Simulation, path: str):
+    def __init__(self, server: Server, simulation: Simulation, path: str, referee: Optional[Referee] = None):
         self._server, self._simulation = server, simulation
-        self._orders = Orders(simulation, server.simulation, server.pace)
-        self._greeting = line_of(world_of(simulation, [berth.url for berth in server.berths]))
+        self._referee = referee or Referee(simulation)
+        self._orders = Orders(simulation, server.simulation, server.pace, self._referee)
+        self._urls = [berth.url for berth in server.berths]
+        self._ground, self._greeting = self._referee.ground, self._world_line()
         self._state: Message = {}
         self._news = b""
         self._watched_by_others = server.watched
@@ -119,7 +123,7 @@ class TruthService:
         """Begin a turn: tell all programs the state if it has changed, and take their orders that wait."""
         with self._server.lock:
             self._server.watched = True
-            state = truth_of(self._simulation, self._server.simulation, self._server.pace)
+            state = truth_of(self._simulation, self._server.simulation, self._server.pace, self._referee)
         if state != self._state:
             self._state, self._news = state, line_of(state)
         for client, visit in list(self._visits.items()):
@@ -169,7 +173,14 @@ class TruthService:
             answer = self._orders.answer(request)
         if answer["ok"]:
             self._server.wake()
+        if self._referee.ground is not self._ground:
+            self._ground, self._greeting = self._referee.ground, self._world_line()
+            for visit in self._visits.values():
+                visit.greet(self._greeting)
         return line_of(answer)
+
+    def _world_line(self) -> bytes:
+        return line_of(world_of(self._simulation, self._urls, self._referee))
 
     def _dismiss(self, client: socket.socket) -> None:
         """Forget a program that has disconnected."""

@@ -13,6 +13,7 @@ from ..firmware import Firmware
 from ..line import LineSimulation
 from ..line.pace import Pace
 from ..simulation import Simulation
+from ..tasks import Referee
 from ..world import Can, World
 from ..world.poses import Pose
 from ..world.world import MarkedPlace
@@ -26,14 +27,15 @@ Message = Dict[str, Any]
 """One JSON object: plain values by their names."""
 
 
-def world_of(simulation: Simulation, urls: Sequence[Optional[str]]) -> Message:
-    """Return what does not change: the world, and the robots in it.
+def world_of(simulation: Simulation, urls: Sequence[Optional[str]], referee: Referee) -> Message:
+    """Return what changes only when another task is chosen: the part of the world that is in use, and the robots in it.
 
     Args:
-        simulation: the robots and their world, before any time has passed.
+        simulation: the robots and their world.
         urls: URL of the TCP port of each robot. None for a robot that has no TCP port.
+        referee: knows which part of the world is in use.
     """
-    world = simulation.world
+    world = referee.ground.floor
     return {"world": {
         "name": world.name,
         "bounds": world.bounds,
@@ -45,14 +47,15 @@ def world_of(simulation: Simulation, urls: Sequence[Optional[str]]) -> Message:
         "docks": [_wrapped(pose) for pose in world.docks],
         "goals": {name: _wrapped(pose) for name, pose in world.goals.items()},
         "places": [_place(place) for place in world.places],
+        "tasks": referee.tasks,
         "robots": [{
             "name": robot.name, "model": robot.model.subtype, "url": url,
-            "start": _wrapped(robot.true_pose), "outline": robot.model.outline(robot.gripper is not None),
-        } for robot, url in zip(simulation.robots, urls)],
+            "start": _wrapped(start), "outline": robot.model.outline(robot.gripper is not None),
+        } for robot, url, start in zip(simulation.robots, urls, referee.carrier.starts)],
     }}
 
 
-def truth_of(simulation: Simulation, lines: LineSimulation, pace: Pace) -> Message:
+def truth_of(simulation: Simulation, lines: LineSimulation, pace: Pace, referee: Referee) -> Message:
     """Return the present state of everything that changes."""
     holders = {id(robot.gripper): number for number, robot in enumerate(simulation.robots, 1)
                if robot.gripper is not None}
@@ -68,9 +71,10 @@ def truth_of(simulation: Simulation, lines: LineSimulation, pace: Pace) -> Messa
         "contacts": [robot.contacts for robot in simulation.robots],
         "driven": [robot.hardware.body.driven for robot in simulation.robots],
         "stop_buttons": [robot.hardware.motors.stop_button for robot in simulation.robots],
-        "cans": [(*can_place(can), holders.get(id(can.held_by), NONE), marked_place(simulation.world, can))
+        "cans": [(*can_place(can), holders.get(id(can.held_by), NONE), marked_place(referee.ground.floor, can))
                  for can in simulation.world.cans],
         "faults": [str(fault) for fault in lines.faults.on],
+        "task": referee.told,
     }}
 
 

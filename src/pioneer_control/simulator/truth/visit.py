@@ -1,7 +1,7 @@
 """The conversation with one program that is connected to the simulator: its lines come in, ours go out.
 
 This file uses no socket, no thread and no real time. Whatever the program sends, and however slowly it reads, the
-memory for it stays small: of the states that it has not read, only the newest is kept.
+memory for it stays small: of the worlds and states that it has not read, only the newest are kept.
 """
 
 import collections
@@ -27,9 +27,9 @@ class Visit:
         self._too_long = False          # this line is skipped
         self._orders: Deque[Optional[bytes]] = collections.deque()
         self._orders_left = ORDERS_IN_A_TURN
-        self._answers: Deque[bytes] = collections.deque([greeting])
-        self._told = self._news = b""
+        self._answers: Deque[bytes] = collections.deque()
         self._sending = b""
+        self.greet(greeting)
 
     def begin_turn(self) -> None:
         """Begin another turn, in which `ORDERS_IN_A_TURN` may be taken."""
@@ -69,6 +69,13 @@ class Visit:
 
     # -- to the program
 
+    def greet(self, line: bytes) -> None:
+        """Send a line that must come before all others, instead of an older one that still waits.
+
+        A state that waits is dropped: it was of the world before.
+        """
+        self._greeting, self._told, self._news = line, b"", b""
+
     def answer(self, line: bytes) -> None:
         """Send a line that the program must get."""
         self._answers.append(line)
@@ -81,7 +88,9 @@ class Visit:
     @property
     def unsent(self) -> bytes:
         """The bytes to send now: one line, or the rest of one. Empty if there is nothing to send."""
-        if not self._sending and self._answers:
+        if not self._sending and self._greeting:
+            self._sending, self._greeting = self._greeting, b""
+        elif not self._sending and self._answers:
             self._sending = self._answers.popleft()
         elif not self._sending:
             self._sending, self._news = self._news, b""

@@ -47,7 +47,8 @@ def make_way(
     if not near:
         return True
     standing = [can for can in world.cans if can.held_by is None]
-    pending = [key for key, can in enumerate(standing) if any(can is other for other in near)]
+    known = set(map(id, near))
+    pending = [key for key, can in enumerate(standing) if id(can) in known]
     places = [(can.x, can.y) for can in standing]
     moved: Set[int] = set()
     history: List[List[Point]] = []
@@ -91,10 +92,11 @@ def _shove_others(key: int, cans: Sequence[Can], places: List[Point]) -> Set[int
         The indices of the cans that were pushed.
     """
     shoved = set()
-    x, y = places[key]
+    radius, (x, y) = cans[key].radius, places[key]
     for other, (other_x, other_y) in enumerate(places):
-        reach = cans[key].radius + cans[other].radius
-        place = _pushed_off(other_x, other_y, x, y, reach) if other != key else None
+        reach = radius + cans[other].radius
+        beside = -reach < other_x - x < reach and other != key      # of many cans, most are farther away
+        place = _pushed_off(other_x, other_y, x, y, reach) if beside else None
         if place is not None:
             places[other] = place
             shoved.add(other)

@@ -12,7 +12,7 @@ function isSpace(event) {
 }
 
 function writes(element) {
-	return element instanceof HTMLElement && element.matches("input:not([type=range]), select");
+	return element.matches?.("input:not([type=range]), select");
 }
 
 // on: {stop(), gone(): the hand is gone, zero at once, key(name): another key}
@@ -70,8 +70,8 @@ export function listenHand(hand, on) {
 
 	stick.onpointermove = event => {
 		if (event.pointerId !== pointer) return;
-		const box = stick.getBoundingClientRect(), radius = 0.36 * box.width;
-		const dx = (event.clientX - box.left - box.width / 2) / radius, dy = (event.clientY - box.top - box.height / 2) / radius;
+		const {left, top, width} = stick.getBoundingClientRect(), radius = 0.36 * width;
+		const dx = (event.clientX - left - width / 2) / radius, dy = (event.clientY - top - width / 2) / radius;
 		const shown = radius / Math.max(1, Math.hypot(dx, dy));
 		$("knob").style.transform = `translate(${dx * shown}px, ${dy * shown}px)`;
 		hand.put("stick", stickAt(dx, dy));

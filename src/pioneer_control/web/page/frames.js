@@ -6,7 +6,6 @@ export const GRIP = {moving: 8, open: 2, closed: 4, "lift moving": 64, up: 16, d
 const FIELDS = [["robot", 16], ["stamp", 32], ["age", 16, 1000], ["x", -32, 1000], ["y", -32, 1000], ["heading", 16, 32768 / Math.PI],
 	["linear", -16, 1000], ["angular", -16, 1000], ["flags", 16], ["gripper", 8]];		// bits (-: signed), and units in one
 const COLUMNS = ["time", ...FIELDS.slice(3).map(([name]) => name)];
-const UNITS = Object.fromEntries(FIELDS.map(([name, , unit = 1]) => [name, unit]));
 
 function rangeOf(byte) {
 	return byte <= 250 ? byte / 50 : byte === 251 ? Infinity : NaN;
@@ -17,8 +16,8 @@ export function decodeFrames(buffer) {
 	const view = new DataView(buffer), frames = [];
 	for (let at = 1; at < view.byteLength;) {
 		const frame = {};
-		for (const [name, bits] of FIELDS) {
-			frame[name] = view[`get${bits < 0 ? "Int" : "Uint"}${Math.abs(bits)}`](at, true) / UNITS[name];
+		for (const [name, bits, unit = 1] of FIELDS) {
+			frame[name] = view[`get${bits < 0 ? "Int" : "Uint"}${Math.abs(bits)}`](at, true) / unit;
 			at += Math.abs(bits) / 8;
 		}
 		const length = view.getUint8(at++);
@@ -29,9 +28,9 @@ export function decodeFrames(buffer) {
 }
 
 // Columns of one robot, unpacked: each number was written as its difference to the one before.
-export function decodeColumns(bytes, rows, sonar) {
-	const count = COLUMNS.length + sonar, view = new DataView(bytes.buffer), columns = {rows, ranges: []};
-	if (bytes.byteLength !== 4 * rows * count) throw new Error("columns of a wrong length");
+export function decodeColumns(buffer, rows, sonar) {
+	const count = COLUMNS.length + sonar, view = new DataView(buffer), columns = {rows, ranges: []};
+	if (buffer.byteLength !== 4 * rows * count) throw new Error("columns of a wrong length");
 	for (let column = 0; column < count; column++) {
 		const numbers = new Int32Array(rows);
 		for (let row = 0, sum = 0; row < rows; row++) numbers[row] = sum += view.getInt32(4 * (column * rows + row), true);
@@ -43,6 +42,6 @@ export function decodeColumns(bytes, rows, sonar) {
 // One row of a recording as a frame. Its stamp is the time since the start (ms).
 export function frameAt(columns, row, robot) {
 	const frame = {robot, stamp: columns.time[row], age: 0, ranges: columns.ranges.map(each => rangeOf(each[row]))};
-	for (const name of COLUMNS.slice(1)) frame[name] = columns[name][row] / UNITS[name];
+	for (const [name, , unit = 1] of FIELDS.slice(3)) frame[name] = columns[name][row] / unit;
 	return frame;
 }

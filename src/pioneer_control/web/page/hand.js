@@ -7,9 +7,7 @@ const FRESH = 400;		// ms: nobody drives by an older picture
 const EVERY = 50;		// ms between two messages
 
 export class Hand {
-	constructor() {
-		Object.assign(this, {held: new Map(), lost: new Map(), blocked: false});
-	}
+	held = new Map(); lost = new Map(); blocked = false;
 
 	// Tells whether it is a key to drive with.
 	press(code, repeat, now) {
@@ -72,8 +70,10 @@ export function readPads(pads) {
 
 // Tells a robot what the hand wants: only right after a picture was drawn, and only while that picture is fresh.
 export class Deadman {
+	robot = null; stamp = 0; at = -Infinity;
+
 	constructor(send) {
-		Object.assign(this, {send, robot: null, stamp: 0, at: -Infinity});
+		this.send = send;
 	}
 
 	// The newest frame of this robot that was drawn has this stamp, and was sent at that time (ms, our clock).

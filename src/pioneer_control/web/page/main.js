@@ -1,23 +1,21 @@
-// Wires all together: what comes in goes into the model, each picture is drawn from it, and only then the hand is told on.
+// Wires all together: what comes in fills the model, each picture is drawn from it, and then the hand is told on.
 
 import {listenHand} from "./controls.js";
 import {Deadman, Hand} from "./hand.js";
 import {MapPicture} from "./map.js";
 import {Model} from "./model.js";
-import {$, put, show, showAll} from "./panel.js";
+import {$, items, put, show, showAll, showTask} from "./panel.js";
 import {Recording, unpacked} from "./recording.js";
 import {Live} from "./source.js";
 import {TimeLine} from "./timeline.js";
 import {Camera, listenView} from "./view.js";
 
-const OLD = 500;	// ms: a picture older than this is called old
-const READ = 400;	// ms that a number stays, to be read
-const SAID = 6000;	// ms that a message stays on the map
+const OLD = 500, READ = 400, SAID = 6000;		// ms: older pictures are called old; so long stay a number, to be read, and a message
 
 const model = new Model(), camera = new Camera(), picture = new MapPicture($("floor"), $("moving"), camera);
 const hand = new Hand(), deadman = new Deadman(message => live.send(message)), stopsToSend = new Set();
 const controls = listenHand(hand, {stop: () => timeline ? timeline.toggle() : stop(), gone: () => deadman.letGo(), key: pressed});
-const mine = {}, keys = new Map();		// in a class: this student's robot; addresses and keys for programs
+const mine = {};		// in a class: this student's robot
 let live = null, recording = null, timeline = null, chosen = null, unpacking = null, dirty = true, turnedAt = 0, saidAt = 0, ageAt = 0;
 
 function say(text) {
@@ -25,8 +23,9 @@ function say(text) {
 	saidAt = performance.now();
 }
 
-function act(order, more) {
-	if (!live.send({do: order, robot: chosen?.number, ...more})) say("No connection: nothing was sent.");
+// An order for the chosen robot, or for "all" or "none".
+function act(order, more, robot) {
+	if (!live.send({do: order, ...more, robot: robot === "none" ? undefined : robot || chosen?.number})) say("No connection: nothing was sent.");
 }
 
 // A stop that cannot go now goes as soon as it can: it never does harm.
@@ -34,7 +33,7 @@ function stop(robot = chosen?.number ?? "all") {
 	controls.drop();
 	if (live.send({do: "stop", robot})) return;
 	stopsToSend.add(robot);
-	say("No connection: STOP goes out as soon as there is one.");
+	say("No connection: STOP goes out when there is one.");
 }
 
 function choose(number) {
@@ -44,31 +43,23 @@ function choose(number) {
 	dirty = true;
 }
 
-function step(way) {
-	const {list} = model, next = list[(list.indexOf(chosen) + way + list.length) % list.length];
-	if (next) choose(next.number);
-}
-
 // Something came: keep the chosen robot, if it is still there.
 function changed() {
 	if (!model.list.includes(chosen)) choose(model.list.find(robot => robot.info.yours)?.number);
 	dirty = true;
 }
 
-// --- What comes in ---
+const TEXTS = {
+	hello: greet, join, class: showClass, faults: list => items($("faults-on"), list, put), said: ({text}) => say(text), mine: value => Object.assign(mine, value),
+};
 
 function text(kind, value) {
 	model.take(kind, value);
-	if (kind === "hello") greet(value);
-	if (kind === "said") say(value.text);
-	if (kind === "join") join(value);
-	if (kind === "class") showClass(value);
-	if (kind === "mine") Object.assign(mine, value);
-	if (kind === "program") keys.set(value.robot, `Robot("ws://${location.host}${value.path}", key="${value.key}")`);
+	TEXTS[kind]?.(value);
 	if ("name" in mine && $("teacher").hidden) for (const robot of model.list) robot.info.yours = robot.number === mine.robot;
 	if (kind === "mine" && mine.robot) choose(mine.robot);
 	changed();
-	put("program", keys.get(chosen?.number));
+	showTask(model.task, mine.robot);
 }
 
 function greet({title, you = "", teacher}) {
@@ -78,7 +69,6 @@ function greet({title, you = "", teacher}) {
 	if (document.activeElement !== $("my-name")) $("my-name").value = you.replace(/ /g, "_");
 }
 
-// A student without a robot says a name first.
 function join(wanted) {
 	mine.joins = wanted;
 	document.body.classList.toggle("joins", wanted);
@@ -86,18 +76,14 @@ function join(wanted) {
 	if (wanted) $("my-name").focus();
 }
 
-function showClass({address, qr, students, paused}) {
-	const code = $("class-code"), side = qr.length + 8, pen = code.getContext("2d");
+function showClass({address, qr, students, paused, speed, tasks}) {
 	show("class", true);
+	$("tasks").replaceChildren(new Option("no task", ""), ...tasks.map(([name, title]) => new Option(title, name)));
+	Object.assign($("class-code"), {src: qr, hidden: !qr});
 	put("class-address", address);
 	put("pause", paused ? "Go on" : "Pause");
-	$("students").replaceChildren(...students.map(([robot, name, state]) =>
-		Object.assign(document.createElement("li"), {textContent: `${robot} ${name}${state === "here" ? "" : ", away"}`})));
-	code.width = code.height = side;
-	pen.fillStyle = "#fff";
-	pen.fillRect(0, 0, side, side);
-	pen.fillStyle = "#000";
-	qr.forEach((row, y) => [...row].forEach((dark, x) => dark === "1" && pen.fillRect(x + 4, y + 4, 1, 1)));
+	$("speed").value = speed;
+	items($("students"), students, (item, [robot, name, state]) => put(item, `${robot} ${name}${state === "here" ? "" : ", away"}`));
 }
 
 function frames(list) {
@@ -105,26 +91,27 @@ function frames(list) {
 	dirty = true;
 }
 
-function connection(state, reason) {
-	put("mode", state);
-	put("notice", state === "no key" ? "Open this page with its whole address, as the server printed it: with # and the key at its end." : reason);
-	if (state !== "live") return controls.drop();
+function state(name, reason) {
+	put("mode", name);
+	put("notice", reason);
+	if (name !== "live") return controls.drop();
 	for (const robot of stopsToSend) stop(robot);
 	stopsToSend.clear();
 }
 
-// A recording: what was said (3), and then the columns of each robot (2).
+// A recording: texts (3), then the columns of each robot (2).
 async function recorded(data) {
 	await unpacking;
 	const bytes = new Uint8Array(data);
-	if (bytes[0] === 3) unpacking = unpacked(bytes.subarray(1)).then(json => record(JSON.parse(new TextDecoder().decode(json))));
+	if (bytes[0] === 3) unpacking = unpacked(bytes.subarray(1)).json().then(record);
 	else unpack(bytes[1] + 256 * bytes[2], bytes.subarray(3));
 }
 
 function record(value) {
-	recording = Object.assign(new Recording(value, model), {at: recording?.at || 0});		// said again after a break
+	recording = new Recording({...value, at: recording?.at}, model);		// said again after a break
 	timeline = new TimeLine(recording, changed);
-	document.body.classList.add("recorded");
+	show("dock");
+	show("me");
 	show("time", true);
 	put("mode", "recording");
 	greet({title: value.name});
@@ -132,12 +119,11 @@ function record(value) {
 	for (const {robot, data} of value.columns) if (data) unpack(robot, Uint8Array.from(atob(data), each => each.charCodeAt()));
 }
 
-async function unpack(robot, packed) {
-	await recording.unpack(robot, packed);
-	dress();
+function unpack(robot, packed) {
+	recording.unpack(robot, packed).then(dress);
 }
 
-// The size, the colours, or what is unpacked of a recording changed.
+// The size, the colours, or what is unpacked changed.
 function dress() {
 	picture.dress();
 	timeline?.seek(recording.at);
@@ -145,14 +131,12 @@ function dress() {
 	dirty = true;
 }
 
-// --- Keys and buttons ---
-
 const ACTIONS = {
-	unlock: () => act("unlock"), "unlock-all": () => act("unlock", {robot: "all"}), take: () => act("take"), release: () => act("release"),
 	"motors-switch": () => act("motors", {on: $("Motors").textContent === "off"}), slower: () => raise(-0.05), faster: () => raise(0.05),
-	fit: () => camera.fitted = true, "zoom-in": () => camera.zoom(1.25), "zoom-out": () => camera.zoom(0.8), follow: () => Object.assign(camera, {follows: !camera.follows, fitted: false}),
+	fit: () => camera.fitted = true, "zoom-in": () => camera.zoom(1.25), "zoom-out": () => camera.zoom(0.8),
+	follow: () => Object.assign(camera, {follows: !camera.follows, fitted: false}),
 	"mark-previous": () => timeline.jump(-1), "mark-next": () => timeline.jump(1), play: () => timeline.toggle(),
-	pause: () => live.send({do: "pause", on: $("pause").textContent === "Pause"}), reset: () => act("reset"), "reset-all": () => act("reset", {robot: "all"}),
+	pause: () => act("pause", {on: $("pause").textContent === "Pause"}, "none"),
 	"help-open": () => {
 		controls.drop();
 		$("help").showModal();
@@ -161,22 +145,22 @@ const ACTIONS = {
 
 // A key does what the button does that names it, if that can be seen.
 function pressed(key) {
-	const name = key.toUpperCase(), button = document.querySelector(`[aria-keyshortcuts~="${CSS.escape(name)}"]`);
+	const {list} = model, name = key.toUpperCase(), way = {N: 1, P: -1}[name], button = document.querySelector(`[aria-keyshortcuts~="${CSS.escape(name)}"]`);
 	if (button?.checkVisibility()) button.click();
-	if (name === "N" || name === "P") step(name === "N" ? 1 : -1);
+	if (way) choose(list.at((list.indexOf(chosen) + way) % list.length)?.number);
 }
 
 function raise(by) {
 	const linear = Math.max(0.05, Math.min(chosen.info.max_linear || 2, chosen.helm.limit[0] + by));
-	act("limit", {linear: Math.round(100 * linear) / 100});
+	act("limit", {linear: Number(linear.toFixed(2))});
 }
 
-// The space bar is STOP even in a text: there, _ is written for a space.
+// The space bar is STOP even in a text: there, _ is written for a space, but not in the fault stop_button.
 function listenForm(field, send) {
 	field.form.onsubmit = event => {
 		event.preventDefault();
-		const words = field.value.replace(/_/g, " ").trim();
-		if (words) send(words);
+		const words = field.value.replace(/_(?!button)/g, " ").trim();
+		if (words) send(words, event.submitter);
 		field.blur();
 	};
 }
@@ -187,8 +171,10 @@ function listenStop(button, robot) {
 	button.onclick = event => event.detail || stop(robot);
 }
 
-for (const [id, action] of Object.entries(ACTIONS)) $(id).onclick = () => {
-	action();
+// A button with a name is an order, its value the robot.
+document.onclick = ({target: {id, name, value}}) => {
+	ACTIONS[id]?.();
+	if (name) act(name, {}, value);
 	dirty = true;
 };
 $("tiles").onclick = event => choose(Number(event.target.closest("button").value));
@@ -196,12 +182,13 @@ $("grip").onclick = event => act("gripper", {command: event.target.value});
 listenStop($("stop"));
 listenStop($("stop-all"), "all");
 listenForm($("my-name"), name => live.send({do: mine.joins ? "join" : "name", name}));
+listenForm($("fault"), (words, {value}) => act("fault", {words}, value));
+$("tasks").onchange = event => act("task", {name: event.target.value}, "none");
+$("speed").onchange = event => act("speed", {speed: Number(event.target.value)}, "none");
 listenForm($("say-text"), text => {
 	if (live.send({do: "say", text})) $("say-text").value = "";
 });
 listenView($("moving"), camera, () => dirty = true, at => choose(picture.robotAt(at) ?? chosen?.number));
-
-// --- Each picture ---
 
 function turn() {
 	requestAnimationFrame(turn);
@@ -210,10 +197,9 @@ function turn() {
 	timeline?.advance((now - turnedAt) / 1000);
 	turnedAt = now;
 	if (dirty || want) {
-		const {world} = model;
-		if (camera.fitted && world) camera.fit(world.bounds);
-		if (frame && (camera.follows || camera.fitted && !world)) Object.assign(camera, model.pose(chosen));
-		$("follow").ariaPressed = String(camera.follows);
+		if (camera.fitted && model.world) camera.fit(model.world.bounds);
+		if (frame && (camera.follows || camera.fitted && !model.world)) [camera.x, camera.y] = model.pose(chosen);
+		$("follow").ariaPressed = camera.follows;
 		picture.draw(model, chosen);
 		timeline?.draw();
 		showAll(model, chosen, !recording);
@@ -230,39 +216,42 @@ function turn() {
 
 function showAge(now, frame) {
 	const age = !frame ? Infinity : recording ? 1000 * recording.at - frame.stamp : 1000 * frame.age + now - chosen.sent;
-	const old = age > OLD && Boolean(chosen), words = !frame ? "" : age < 1000 ? `${Math.round(age)} ms` : `${(age / 1000).toFixed(1)} s`;
-	document.body.classList.toggle("is-old", old);
+	const old = age > OLD && chosen, words = frame ? (age / 1000).toFixed(2) + " s" : "";
 	show("old", old);
 	put("old-words", !old ? "" : recording ? "NO DATA" : frame ? "OLD PICTURE:" : "NO PICTURE");
 	put("old-age", words);
 	if (!old && now - ageAt < READ) return;
-	put("age-text", words ? words + " old" : "none");
+	put("age-text", words ? words + " old" : "none", old && "error");
 	ageAt = now;
 }
 
-// --- Beginning ---
-
-// What the browser keeps. It may forbid that: then nothing is kept.
+// What the browser keeps, if it does not forbid that.
 function storage(name) {
 	try {
 		return window[name];
-	} catch (error) {
+	} catch {
 		return {};
 	}
 }
 
 function firstWords() {
-	const session = storage("sessionStorage"), local = storage("localStorage");
+	const session = storage("sessionStorage");
 	session.key = location.hash.slice(1) || session.key || "";
-	local.visitor ||= Array.from(crypto.getRandomValues(new Uint8Array(32)), each => (each % 36).toString(36)).join("");
+	kept.visitor ||= crypto.getRandomValues(new Uint32Array(4)).join("");
 	history.replaceState(null, "", location.pathname);
-	return {key: session.key, visitor: local.visitor};
+	return {key: session.key, visitor: kept.visitor};
 }
 
-dress();
+const kept = storage("localStorage"), theme = $("theme");
+theme.value = kept.theme || "light dark";
+theme.onchange = () => {
+	document.documentElement.style.colorScheme = kept.theme = theme.value;
+	dress();
+};
+theme.onchange();
 if ($("recording")) record(JSON.parse($("recording").textContent));
-else live = new Live(location.origin.replace("http", "ws") + "/page", firstWords(), {text, frames, state: connection, recorded});
-onhashchange = () => live && location.hash.length > 1 && location.reload();
+else live = new Live("/page", firstWords(), {text, frames, state, recorded});
+onhashchange = () => live && location.hash && location.reload();
 new ResizeObserver(dress).observe($("moving"));
 matchMedia("(prefers-color-scheme: dark)").onchange = dress;
 turn();

@@ -8,12 +8,15 @@ import {roundLength} from "./view.js";
 const NEAR = 0.5;	// m: an echo nearer than this is red, with a thick arc
 const LEAST = 10;	// pixels: no robot is drawn with a smaller radius
 
-export function colours() {
-	const style = getComputedStyle(document.documentElement);
-	return new Proxy({}, {get: (known, name) => known[name] ||= style.getPropertyValue("--" + name).trim()});
+// The colours of the style sheet: only an element that has one tells whether it is the light or the dark one.
+export function colours(canvas) {
+	return new Proxy({}, {get(known, name) {
+		if (!known[name]) canvas.style.color = `var(--${name})`;
+		return known[name] ||= getComputedStyle(canvas).color;
+	}});
 }
 
-// Makes a canvas as fine as the screen. Returns its context, in pixels of CSS.
+// A canvas as fine as the screen: its context, in pixels of CSS.
 export function sized(canvas) {
 	const {clientWidth, clientHeight} = canvas, ratio = devicePixelRatio, ctx = canvas.getContext("2d");
 	Object.assign(canvas, {width: clientWidth * ratio, height: clientHeight * ratio});
@@ -26,16 +29,15 @@ export class MapPicture {
 		Object.assign(this, {canvases: [floor, moving], camera});
 	}
 
-	// The size or the colours changed.
 	dress() {
-		const {clientWidth: width, clientHeight: height} = this.canvases[1];
-		this.camera.set({width, height});
-		Object.assign(this, {colour: colours(), contexts: this.canvases.map(sized), grid: null});
+		const [floor] = this.canvases;
+		Object.assign(this.camera, {width: floor.clientWidth, height: floor.clientHeight});
+		Object.assign(this, {colour: colours(floor), contexts: this.canvases.map(sized), grid: null});
 	}
 
 	draw(model, chosen) {
 		const {world, cans, goals} = model, {scale} = this.camera;
-		this.onCanvas(0, () => this.drawFloor(world));
+		this.drawFloor(world || {bounds: [0, 0, 0, 0]});
 		const robots = model.list.filter(robot => robot.frame).sort((a, b) => (a === chosen) - (b === chosen)).map(robot => {
 			const reach = Math.max(0.1, ...robot.info.outline.map(point => Math.hypot(...point)));
 			return {robot, mine: robot === chosen, pose: model.pose(robot), origin: model.origin(robot), reach, grown: Math.max(1, LEAST / scale / reach)};
@@ -48,33 +50,30 @@ export class MapPicture {
 		});
 		for (const [number, goal] of Object.entries(goals)) this.plate("goal " + number, goal, 22, "goal");
 		for (const {robot, mine, pose, reach, grown} of robots) {
-			const [kind, sign] = stateOf(robot), text = robot.number + (kind === "bad" || kind === "none" ? " " + sign : "");
-			this.plate(text, [pose.x, pose.y], reach * grown * scale + 12, kind, ...mine ? ["card", "ink"] : []);
+			const [kind, sign] = stateOf(robot), text = robot.number + (kind === "error" || kind === "none" ? " " + sign : "");
+			this.plate(text, pose, reach * grown * scale + 12, kind, ...mine ? ["card", "ink"] : []);
 		}
 		this.robots = robots;
 	}
 
 	// The number of the robot under a place on the screen.
-	robotAt([px, py]) {
-		const far = ({pose: {x, y}}) => Math.hypot(...this.camera.toScreen([x, y]).map((each, axis) => each - [px, py][axis]));
-		const nearest = [...this.robots].sort((one, other) => far(one) - far(other))[0];
-		return nearest && far(nearest) < Math.max(26, 0.3 * this.camera.scale) ? nearest.robot.number : undefined;
+	robotAt(pixel) {
+		const [x, y] = this.camera.toWorld(pixel), far = ({pose}) => Math.hypot(pose[0] - x, pose[1] - y);
+		return this.robots.filter(each => far(each) < Math.max(26 / this.camera.scale, 0.3)).sort((one, other) => far(one) - far(other))[0]?.robot.number;
 	}
-
-	// --- Pencils ---
 
 	onCanvas(number, draw) {
 		const {x, y, scale, width, height} = this.camera;
 		this.ctx = this.contexts[number];
 		this.ctx.clearRect(0, 0, width, height);
-		this.within({x: width / 2, y: height / 2, heading: 0}, scale, () => {
+		this.within([width / 2, height / 2, 0], scale, () => {
 			this.ctx.transform(1, 0, 0, -1, -x, y);
 			draw();
 		});
 	}
 
 	// Draws in the frame of a pose, all so much larger.
-	within({x, y, heading}, size, draw) {
+	within([x, y, heading], size, draw) {
 		this.ctx.save();
 		this.ctx.translate(x, y);
 		this.ctx.rotate(heading);
@@ -91,6 +90,10 @@ export class MapPicture {
 
 	area(...points) {
 		return this.path(...points, points[0]);
+	}
+
+	box(x1, y1, x2, y2) {
+		return this.area([x1, y1], [x2, y1], [x2, y2], [x1, y2]);
 	}
 
 	disc([x, y], radius, half = Math.PI) {
@@ -120,29 +123,30 @@ export class MapPicture {
 		ctx.fillText(text, x, y - above + 0.5);
 	}
 
-	// --- What stands still ---
-
-	drawFloor(world) {
-		const {camera, ctx} = this, {scale, width, height} = camera, thick = Math.max(2, Math.min(6, 0.06 * scale));
-		const {bounds: [x1, y1, x2, y2], grid, walls = [], boxes = [], posts = []} = world || {bounds: [0, 0, 0, 0]};
+	drawFloor({bounds: [x1, y1, x2, y2], grid, walls = [], boxes = [], posts = [], places = []}) {
+		const {camera} = this, {scale, width, height} = camera, thick = Math.max(2, Math.min(6, 0.06 * scale));
 		const [left, top] = camera.toWorld([0, 0]), [right, bottom] = camera.toWorld([width, height]), step = roundLength(scale, 90);
-		ctx.lineCap = "round";
-		if (grid) this.drawCells(grid);
-		else this.area([x1, y1], [x2, y1], [x2, y2], [x1, y2]).fill("card");
-		for (let x = Math.ceil(left / step) * step; x < right; x += step) this.path([x, top], [x, bottom]).stroke("line", 1, 0.6);
-		for (let y = Math.ceil(bottom / step) * step; y < top; y += step) this.path([left, y], [right, y]).stroke("line", 1, 0.6);
-		for (const box of boxes) this.area(...box).fill("wall", 0.3).stroke("wall", thick / 2);
-		for (const post of posts) this.disc(post, post[2]).fill("wall", 0.3).stroke("wall", thick / 2);
-		for (const [ax, ay, bx, by] of walls) this.path([ax, ay], [bx, by]).stroke("wall", thick);
 		const bar = roundLength(scale, Math.min(120, width / 5)), [from, low] = camera.toWorld([18, height - 20]);
-		this.path([from, low], [from + bar, low]).stroke("ink", 3);
-		ctx.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
-		this.plate(bar < 1 ? Math.round(100 * bar) + " cm" : bar + " m", [from + bar / 2, low], 15, "card");
+		this.onCanvas(0, () => {
+			this.ctx.lineCap = "round";
+			if (grid) this.drawCells(grid);
+			else this.box(x1, y1, x2, y2).fill("card");
+			for (let x = Math.ceil(left / step) * step; x < right; x += step) this.path([x, top], [x, bottom]).stroke("line", 1, 0.6);
+			for (let y = Math.ceil(bottom / step) * step; y < top; y += step) this.path([left, y], [right, y]).stroke("line", 1, 0.6);
+			for (const {centre: [x, y], diameter, size: [wide, high] = []} of places)
+				(diameter ? this.disc([x, y], diameter / 2) : this.box(x - wide / 2, y - high / 2, x + wide / 2, y + high / 2)).fill("goal", 0.15).stroke("goal", 2);
+			for (const box of boxes) this.area(...box).fill("wall", 0.3).stroke("wall", thick / 2);
+			for (const post of posts) this.disc(post, post[2]).fill("wall", 0.3).stroke("wall", thick / 2);
+			for (const [ax, ay, bx, by] of walls) this.path([ax, ay], [bx, by]).stroke("wall", thick);
+			this.path([from, low], [from + bar, low]).stroke("ink", 3);
+		});
+		this.plate(Number(bar.toFixed(2)) + " m", [from + bar / 2, low], 15, "card");
+		for (const {name, centre, diameter, size = [diameter]} of places) if (size[0] * scale > 20) this.plate(name, centre, 0, "goal");
 	}
 
 	// A map of cells is painted once, and then laid down as a picture.
 	drawCells(grid) {
-		const {cells, width, height, resolution, origin: [x, y, heading]} = grid;
+		const {cells, width, height, resolution, origin} = grid;
 		if (this.grid !== grid) {
 			Object.assign(this, {grid, cells: new OffscreenCanvas(width, height)});
 			const ctx = this.cells.getContext("2d");
@@ -152,16 +156,14 @@ export class MapPicture {
 			});
 		}
 		this.ctx.imageSmoothingEnabled = false;
-		this.within({x, y, heading}, resolution, () => this.ctx.drawImage(this.cells, 0, 0));
+		this.within(origin, resolution, () => this.ctx.drawImage(this.cells, 0, 0));
 	}
 
-	// --- What moves: `mine` is the chosen robot ---
-
-	// A sonar hears in a cone. What it heard is somewhere on the arc.
+	// What a sonar heard is somewhere on the arc of its cone. `mine` is the chosen robot.
 	drawCones({robot: {info, frame}, mine, pose}) {
 		this.within(pose, 1, () => (mine ? info.sonar : []).forEach((one, i) => {
-			const range = frame.ranges[i], near = range < NEAR, colour = near ? "bad" : "can";
-			if (one && range < Infinity) this.within({x: one[0], y: one[1], heading: one[2]}, 1, () => {
+			const range = frame.ranges[i], near = range < NEAR, colour = near ? "error" : "can";
+			if (one && range < Infinity) this.within(one, 1, () => {
 				this.disc([0, 0], range, info.sonar_cone).stroke(colour, near ? 5 : 2).ctx.lineTo(0, 0);
 				this.fill(colour, near ? 0.4 : 0.15);
 			});

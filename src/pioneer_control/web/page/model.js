@@ -4,18 +4,18 @@ import {FLAG} from "./frames.js";
 
 const STEP = 0.03;		// m between two points of a trail
 const MOST = 6000;		// points of a trail
-const UNTOLD = {status: {link: "ok", faults: []}, helm: {locks: [], limit: [0.2, 0.6]}};	// until the server tells
+const UNTOLD = {status: {link: "ok", faults: []}, helm: {locks: [], limit: [0.2, 0.6]}, program: {}};	// until the server tells
+const NOTHING = {world: null, origins: {}, cans: [], goals: {}, task: null, log: []};
 
-// A point in the frame of a pose, in the frame that the pose is in.
-export function place({x: left, y: top, heading}, [x, y]) {
+// A point in the frame of a pose (x, y, heading), in the frame that the pose is in.
+export function place([left, top, heading], [x, y]) {
 	const cos = Math.cos(heading), sin = Math.sin(heading);
 	return [left + x * cos - y * sin, top + x * sin + y * cos];
 }
 
 // Where the sonar heard something, in the odometry frame.
-export function echoesOf({sonar}, frame) {
-	return sonar.map((one, i) => one && frame.ranges[i] < Infinity &&
-		place(frame, place({x: one[0], y: one[1], heading: one[2]}, [frame.ranges[i], 0]))).filter(Boolean);
+export function echoesOf({sonar}, {x, y, heading, ranges}) {
+	return sonar.map((one, i) => one && ranges[i] < Infinity && place([x, y, heading], place(one, [ranges[i], 0]))).filter(Boolean);
 }
 
 class Robot {
@@ -40,14 +40,14 @@ class Robot {
 }
 
 export class Model {
+	list = [];
+
 	constructor() {
-		this.list = [];
 		this.forget();
 	}
 
-	// Nothing was told yet.
 	forget() {
-		Object.assign(this, {world: null, origins: {}, cans: [], goals: {}, log: []});
+		Object.assign(this, NOTHING);
 		for (const robot of this.list) Object.assign(robot, UNTOLD);
 	}
 
@@ -55,7 +55,6 @@ export class Model {
 		return this.list.find(robot => robot.number === number);
 	}
 
-	// Takes one text of the server.
 	take(kind, value) {
 		const robot = this.robot(value?.robot);
 		if (kind === "robots") this.list = value.map(info => Object.assign(this.robot(info.robot) || new Robot(info.robot), {info}))
@@ -63,18 +62,17 @@ export class Model {
 		else if (kind === "said") this.log = [...this.log.slice(-7), value];
 		else if (kind in UNTOLD && robot) robot[kind] = {...UNTOLD[kind], ...value};
 		else if (kind === "trail" && robot) robot.trail = value.points;
-		else if (["origins", "cans", "goals", "world"].includes(kind)) this[kind] = value;
+		else if (kind in NOTHING) this[kind] = value;
 	}
 
 	// Where the odometry of a robot begins in the map.
 	origin(robot) {
-		const [x, y, heading] = this.origins[robot.number] || [0, 0, 0];
-		return {x, y, heading};
+		return this.origins[robot.number] || [0, 0, 0];
 	}
 
 	pose(robot) {
-		const origin = this.origin(robot), [x, y] = place(origin, [robot.frame.x, robot.frame.y]);
-		return {x, y, heading: origin.heading + robot.frame.heading};
+		const origin = this.origin(robot), {x, y, heading} = robot.frame;
+		return [...place(origin, [x, y]), origin[2] + heading];
 	}
 }
 
@@ -82,11 +80,11 @@ export class Model {
 export function stateOf(robot) {
 	const {status: {link, faults}, helm: {commander, who}} = robot;
 	if (!robot.is(FLAG.link) || link !== "ok") return ["none", "?", "no link"];
-	if (robot.is(FLAG.button)) return ["bad", "■", "STOP button"];
-	if (robot.locked) return ["bad", "■", "stopped"];
-	if (robot.is(FLAG.stallLeft | FLAG.stallRight)) return ["bad", "!", "stalled"];
-	if (robot.is(FLAG.bumpFront | FLAG.bumpRear)) return ["bad", "!", "bumped"];
-	if (faults.some(fault => fault.level === "error")) return ["bad", "!", "fault"];
+	if (robot.is(FLAG.button)) return ["error", "■", "STOP button"];
+	if (robot.locked) return ["error", "■", "stopped"];
+	if (robot.is(FLAG.stallLeft | FLAG.stallRight)) return ["error", "!", "stalled"];
+	if (robot.is(FLAG.bumpFront | FLAG.bumpRear)) return ["error", "!", "bumped"];
+	if (faults.some(fault => fault.level === "error")) return ["error", "!", "fault"];
 	if (commander === "person") return ["person", "◆", who || "by hand"];
 	if (commander === "program") return ["program", "▶", "program"];
 	return ["still", ...robot.is(FLAG.motors) ? ["●", "stands"] : ["○", "motors off"]];

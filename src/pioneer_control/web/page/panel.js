@@ -8,10 +8,14 @@ export function $(id) {
 }
 
 // Changes only what is not yet so: a screen reader speaks only of what changed. The style sheet hides what has no words.
-export function put(element, text, kind) {
+export function put(element, text, colour) {
 	if (typeof element === "string") element = $(element);
 	if (element.textContent !== (text || "")) element.textContent = text || "";
-	if (element.dataset.kind !== (kind || "")) element.dataset.kind = kind || "";
+	tint(element, colour);
+}
+
+function tint(element, colour) {
+	element.style.color = colour ? `var(--${colour})` : "";
 }
 
 export function show(id, shown) {
@@ -24,8 +28,12 @@ function make(parent, tag, more) {
 	return element;
 }
 
+export function clockText(at) {
+	return `${Math.floor(at / 60)}:${(at % 60).toFixed(1).padStart(4, "0")}`;
+}
+
 // Makes an item for each value of a list, where they changed.
-function items(list, values, fill) {
+export function items(list, values, fill) {
 	const key = JSON.stringify(values);
 	if (list.dataset.key === key) return;
 	list.dataset.key = key;
@@ -33,15 +41,15 @@ function items(list, values, fill) {
 	for (const value of values) fill(make(list, "li"), value);
 }
 
-// What is so, and its level where it is bad.
+// What is so, and its level: the name of a colour where it is bad.
 const NUMBERS = {
 	Forward: ({frame}) => [frame.linear.toFixed(2) + " m/s"],
 	Turn: ({frame}) => [turnText(Math.round(frame.angular * 180 / Math.PI))],
 	Battery: robot => batteryText(robot.status.battery || {}, robot.is(FLAG.charging)),
 	Motors: robot => [robot.is(FLAG.motors) ? "on" : "off"],
-	Wheels: robot => flagged(robot, {"left stalled": FLAG.stallLeft, "right stalled": FLAG.stallRight}),
-	Bumpers: robot => flagged(robot, {"front pressed": FLAG.bumpFront, "rear pressed": FLAG.bumpRear}),
-	"STOP-button": robot => flagged(robot, {pressed: FLAG.button}),
+	Wheels: robot => flagged(robot, "not stalled", {"left stalled": FLAG.stallLeft, "right stalled": FLAG.stallRight}),
+	Bumpers: robot => flagged(robot, "not pressed", {"front pressed": FLAG.bumpFront, "rear pressed": FLAG.bumpRear}),
+	"STOP-button": robot => flagged(robot, "not pressed", {pressed: FLAG.button}),
 	Gripper: ({frame: {gripper}}) => [gripper ? named(gripper, GRIP) || "half open" : "none"],
 };
 
@@ -49,9 +57,9 @@ function named(bits, words) {
 	return Object.keys(words).filter(word => bits & words[word]).join(", ");
 }
 
-function flagged({frame}, words) {
+function flagged({frame}, good, words) {
 	const found = named(frame.flags, words);
-	return [found || "free", found && "error"];
+	return [found || good, found && "error"];
 }
 
 function turnText(degrees) {
@@ -59,16 +67,15 @@ function turnText(degrees) {
 }
 
 function batteryText({volts, charge, level}, charging) {
-	const words = [volts?.toFixed(1) + " V", typeof charge === "number" && Math.round(100 * charge) + " %", {warn: "low", error: "empty"}[level], charging && "charging"];
+	const words = [volts?.toFixed(1) + " V", charge !== null && Math.round(100 * charge) + " %", {warn: "low", error: "empty"}[level], charging && "charging"];
 	return volts ? [words.filter(Boolean).join(" · "), level] : ["not known"];
 }
 
 // Who drives, and what may be done about it.
 function driver({locked, helm: {commander, who, you, programs, locks}}) {
 	return locked ? ["Locked: " + (locks.join(", ") || "it takes no commands"), "Nothing moves until somebody unlocks."] :
-		commander === "program" ? ["A program drives", "Take the helm to drive by hand."] :
-			[commander ? you ? "You drive" : `${who || "Somebody"} drives` : "Nobody drives",
-				{free: "Programs may command.", "locked out": "Programs are locked out."}[programs]];
+		[commander === "program" ? "A program drives" : !commander ? "Nobody drives" : you ? "You drive" : `${who || "Somebody"} drives`,
+			{free: "Programs may drive.", "locked out": "Programs are locked out."}[programs]];
 }
 
 for (const title in NUMBERS) {
@@ -84,36 +91,47 @@ export function showAll({list, log}, robot, live) {
 	if (robot) showRobot(robot, live, live && robot.info.yours !== false);
 }
 
+// The task of a class, for who has this robot. Who has as many points has the same place.
+export function showTask(task, own) {
+	show("task", task);
+	$("tasks").value = task?.name || "";
+	if (!task) return;
+	const {title, text, state, clock, limit, ranking} = task, lines = new Map(ranking.map(({robot, who, points, note}) => [robot,
+		`${1 + ranking.findIndex(each => each.points === points)}. ${who || "robot"} (${robot}): ${points} points${note && ", " + note}`]));
+	put("task-title", "Task: " + title);
+	put("task-text", text);
+	put("task-clock", `${state}: ${clockText(clock)} of ${clockText(limit)}`);
+	put("task-own", lines.get(own), "person");
+	items($("ranking"), [...lines.values()], put);
+}
+
 function showRobot(robot, live, mine) {
-	const {number, info, frame, helm: {locks, programs, limit}, status} = robot, {decision, faults, link, lost} = status, locked = locks.length > 0;
+	const {number, info, frame, helm: {locks, programs, limit}, program: {path, key}, status} = robot, {decision, faults, link, lost} = status, locked = locks.length > 0;
 	const [kind, sign] = stateOf(robot), [words, note] = driver(robot);
 	const texts = {number: String(number), name: info.name, model: info.model + (info.simulated ? " · simulated" : ""),
-		"driver-sign": sign, "driver-text": words, "driver-note": !live ? "" : mine ? note : "You may look, but not drive this one.",
+		"driver-text": `${sign} ${words}`, "driver-note": !live ? "" : mine ? note : "You may look, but not drive this one.",
 		doing: decision?.doing, why: decision?.why && "because " + decision.why, "limit-text": limit[0].toFixed(2) + " m/s",
-		unlock: mine && locked && "Unlock", take: mine && !locked && ["driving", "free"].includes(programs) && "Take the helm",
-		release: mine && !locked && programs === "locked out" && "Give back to programs",
+		unlock: mine && locked && "Unlock", take: mine && !locked && ["driving", "free"].includes(programs) && "Drive by hand",
+		release: mine && !locked && programs === "locked out" && "Let programs drive",
+		program: key && `In your program: Robot("ws://${location.host}${path}", key="${key}")`,
 		"motors-switch": "Switch motors " + (robot.is(FLAG.motors) ? "off" : "on")};
 	for (const id in texts) put(id, texts[id]);
 	for (const title in NUMBERS) put(title, ...frame ? NUMBERS[title](robot) : ["–"]);
-	put("link", link === "ok" ? "" : "No link: " + (lost || link), "error");
-	$("helm").dataset.kind = kind;
-	items($("faults"), faults, (item, {level, task, text}) => put(item, `${level === "error" ? "✖" : "▲"} ${task}: ${text}`, level));
+	tint($("helm"), kind);
+	items($("faults"), link === "ok" ? faults : [{level: "error", task: "No link", text: lost || link}, ...faults],
+		(item, {level, task, text}) => put(item, `${level === "error" ? "✖" : "▲"} ${task}: ${text}`, level));
 	show("controls", mine);
 	show("grip", frame?.gripper);
 }
 
 function showList(list, chosen) {
 	const tiles = $("tiles");
-	show("list", list.length > 1);
-	items(tiles, list.map(robot => robot.number), (item, number) => {
-		const button = make(item, "button", {value: number});
-		for (const tag of ["b", "i", "span", "small"]) make(button, tag);
-	});
+	show("list", list.length > 1 || !$("task").hidden);
+	items(tiles, list.map(robot => robot.number), (item, value) => make(item, "button", {value}));
 	list.forEach((robot, i) => {
 		const button = tiles.children[i].firstChild, [kind, sign, word] = stateOf(robot), pressed = String(robot === chosen);
-		const {status: {battery}, helm: {who}} = robot, volts = battery && batteryText({...battery, charge: null})[0];
-		[String(robot.number), sign, word, [volts, who].filter(Boolean).join(" · ")].forEach((text, j) => put(button.children[j], text));
-		button.dataset.kind = kind;
+		const {status: {battery}, helm: {who}} = robot, volts = battery && batteryText(battery)[0];
+		put(button, `${robot.number} ${sign} ${word}\n${[who, volts].filter(Boolean).join(" · ")}`, kind);
 		if (button.ariaPressed === pressed) return;
 		button.ariaPressed = pressed;
 		if (robot === chosen) button.scrollIntoView({block: "nearest", inline: "nearest"});

@@ -4,18 +4,18 @@ import {decodeColumns, frameAt} from "./frames.js";
 
 const STEP_ROWS = 5;	// between two points of a trail
 
-// The bytes that were compressed.
-export async function unpacked(packed) {
-	return new Uint8Array(await new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"))).arrayBuffer());
+// Gives json() and arrayBuffer() of what was compressed.
+export function unpacked(packed) {
+	return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate")));
 }
 
 export class Recording {
 	constructor(value, model) {
-		Object.assign(this, {marks: [], ...value, model, at: 0, said: 0, unpacked: new Map()});
+		Object.assign(this, {marks: [], ...value, model, at: value.at || 0, said: 0, unpacked: new Map()});
 	}
 
 	async unpack(robot, packed) {
-		const {rows, sonar} = this.columns.find(each => each.robot === robot), columns = decodeColumns(await unpacked(packed), rows, sonar);
+		const {rows, sonar} = this.columns.find(each => each.robot === robot), columns = decodeColumns(await unpacked(packed).arrayBuffer(), rows, sonar);
 		const trail = Array.from({length: rows / STEP_ROWS}, (_, i) => [columns.x[i * STEP_ROWS] / 1000, columns.y[i * STEP_ROWS] / 1000]);
 		this.unpacked.set(robot, {...columns, trail});
 	}

@@ -8,9 +8,7 @@ const DRIFT = 0.001;	// more than two clocks drift apart
 // When a frame was sent, on our clock, from its stamp (u32, ms): the quickest frame tells how the clocks differ.
 // So a frame that was held up on its way counts as old, although it arrived just now.
 export class Clock {
-	constructor() {
-		Object.assign(this, {rounds: [], quickest: null, at: 0});
-	}
+	rounds = []; quickest = null; at = 0;
 
 	sent(stamp, now) {
 		this.quickest = this.quickest === null ? now - stamp : this.quickest + (now - this.at) * DRIFT;
@@ -45,8 +43,9 @@ export class Live {
 
 	closed(code, reason) {
 		this.socket = null;
-		this.on.state({4400: "refused", 4401: "no key"}[code] || "no connection", reason);
-		if (code === 4400 || code === 4401) return;
+		const refused = {4400: "refused", 4401: "no key"}[code];
+		this.on.state(refused || "no connection", reason);
+		if (refused) return;
 		setTimeout(() => this.connect(), code === 4409 || code === 4429 ? BUSY_WAIT : this.wait);
 		this.wait = Math.min(LONGEST_WAIT, 2 * this.wait);
 	}
@@ -56,7 +55,7 @@ export class Live {
 		if (typeof data !== "string") {
 			if (new Uint8Array(data)[0] !== 1) return this.on.recorded(data);
 			const frames = decodeFrames(data).map(frame => [frame, this.clock.sent(frame.stamp, now)]);
-			if (frames.length) this.newest = frames[frames.length - 1][0].stamp;
+			this.newest = frames.at(-1)?.[0].stamp ?? this.newest;
 			return this.on.frames(frames);
 		}
 		for (const [kind, value] of Object.entries(JSON.parse(data))) {

@@ -1,14 +1,10 @@
-// The time line of a recording: speed over time, marks, and where we are; to play, to seek, to jump.
+// The time line of a recording: shows speed and marks; to play, to seek, to jump.
 
 import {colours, sized} from "./map.js";
-import {$, put} from "./panel.js";
+import {$, clockText, put} from "./panel.js";
 
 const SIGNS = {fault: "▲", decision: "╵", event: "◆"};
 const EDGE = 8;		// pixels: half of the thumb of a slider
-
-function clockText(at) {
-	return `${Math.floor(at / 60)}:${(at % 60).toFixed(1).padStart(4, "0")}`;
-}
 
 export class TimeLine {
 	constructor(recording, changed) {
@@ -20,8 +16,7 @@ export class TimeLine {
 	toggle() {
 		if (!this.playing && this.recording.at >= this.recording.duration) this.seek(0);
 		this.playing = !this.playing;
-		$("play").textContent = this.playing ? "❚❚" : "▶";
-		$("play").ariaLabel = this.playing ? "Pause" : "Play";
+		Object.assign($("play"), this.playing ? {textContent: "❚❚", ariaLabel: "Pause"} : {textContent: "▶", ariaLabel: "Play"});
 	}
 
 	seek(at) {
@@ -30,7 +25,7 @@ export class TimeLine {
 	}
 
 	jump(way) {
-		const ahead = ({at}) => way * (at - this.recording.at) > 0.05, mark = way > 0 ? this.marks.find(ahead) : this.marks.findLast(ahead);
+		const mark = this.marks[way > 0 ? "find" : "findLast"](({at}) => way * (at - this.recording.at) > 0.05);
 		if (mark) this.seek(mark.at);
 		put("mark-text", mark?.text);
 	}
@@ -43,8 +38,8 @@ export class TimeLine {
 
 	dress(number) {
 		const {marks, unpacked} = this.recording;
-		Object.assign(this, {ctx: sized($("curve")), colour: colours(), columns: unpacked.get(number),
-			marks: marks.filter(mark => [number, null, undefined].includes(mark.robot))});
+		Object.assign(this, {ctx: sized($("curve")), colour: colours($("curve")), columns: unpacked.get(number),
+			marks: marks.filter(mark => (mark.robot ?? number) === number)});
 	}
 
 	draw() {
@@ -58,7 +53,7 @@ export class TimeLine {
 		for (let row = 0; row < rows; row += Math.ceil(rows / 4000)) ctx.lineTo(x(time[row] / 1000), zero - linear[row] / most * (high / 2 - 10));
 		ctx.stroke();
 		for (const {kind, at} of this.marks) {
-			ctx.fillStyle = colour[kind === "fault" ? "bad" : "ink2"];
+			ctx.fillStyle = colour[kind === "fault" ? "error" : "ink2"];
 			ctx.fillText(SIGNS[kind] || SIGNS.event, x(at), 8);
 		}
 		ctx.fillStyle = colour.ink2;

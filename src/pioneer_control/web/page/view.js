@@ -1,13 +1,7 @@
 // The camera above the map: which place lies where on the screen. Pixels are those of CSS, y down; places are m, y up.
 
 export class Camera {
-	constructor() {
-		Object.assign(this, {x: 0, y: 0, scale: 60, width: 1, height: 1, follows: false, fitted: true});
-	}
-
-	set(values) {
-		Object.assign(this, values);
-	}
+	x = 0; y = 0; scale = 60; width = 1; height = 1; follows = false; fitted = true;
 
 	toScreen([x, y]) {
 		return [this.width / 2 + (x - this.x) * this.scale, this.height / 2 - (y - this.y) * this.scale];
@@ -22,7 +16,7 @@ export class Camera {
 		const [x, y] = this.toWorld(pixel);
 		Object.assign(this, {scale: Math.min(800, Math.max(3, this.scale * factor)), fitted: false});
 		const [x2, y2] = this.toWorld(pixel);
-		if (!this.follows) this.set({x: this.x + x - x2, y: this.y + y - y2});
+		if (!this.follows) Object.assign(this, {x: this.x + x - x2, y: this.y + y - y2});
 	}
 
 	drag(dx, dy) {
