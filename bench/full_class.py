@@ -33,19 +33,12 @@ from page_driver import start_browser
 from pioneer_control.client import Robot
 from pioneer_control.errors import LinkLostError
 from real_time import until
-from screencast import drawn_delays, note_drawn, shown_delays
+from screencast import HAS_PICTURE, drawn_delays, note_drawn, shown_delays
+from times import HEAD, row
 
 IN_BROWSERS = 2         # students
 SETTLED = 5.0           # s that are not measured
-HAS_PICTURE = "const e = document.getElementById('age'); return Boolean(e && /\\d/.test(e.textContent))"
 Program = Tuple[int, str]   # the robot's number, and its URL with the key
-
-
-def row(name: str, values: Sequence[float], limit: str) -> str:
-    """Return one row of the table of times: how many, median, 95 % and worst in ms, and the limit."""
-    ordered = sorted(1000 * value for value in values)
-    return "| %s | %d | %.1f | %.1f | %.1f | %s |" % (
-        name, len(ordered), statistics.median(ordered), ordered[int(0.95 * (len(ordered) - 1))], ordered[-1], limit)
 
 
 # --- The students' programs, in a process of their own
@@ -227,8 +220,7 @@ def measure(students: int, seconds: float, folder: pathlib.Path) -> None:
         shown = shown_delays(browsers[1], seconds)
         times.append(row("without programs, by the page's clock, beside a screencast", drawn_delays(browsers[1]), ""))
         times.append(row("the same, by the screencast: packet to picture of the browser", shown, "50"))
-    print("| what | times | median, ms | 95 % | worst | limit |\n|---|---|---|---|---|---|")
-    print(*times, "", "| what | measured | limit |\n|---|---|---|", *shares, sep="\n", flush=True)
+    print(HEAD, *times, "", "| what | measured | limit |\n|---|---|---|", *shares, sep="\n", flush=True)
 
 
 def counts(pipe: Any) -> Dict[int, int]:

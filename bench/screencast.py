@@ -15,6 +15,8 @@ import websocket
 from PIL import Image
 
 BITS, SQUARE = 20, 8    # of a mark: squares, and their side in pixels
+HAS_PICTURE = "const e = document.getElementById('age'); return Boolean(e && /\\d/.test(e.textContent))"
+"""Whether the page has drawn a robot: it says then how old its picture is."""
 
 # In the page: notes by the computer's clock when each frame was drawn, at the end of the first picture after it came.
 # `drawn` gets the arrival of the robot's packet by the owner's clock (ms) and the end of the drawing by the computer's.

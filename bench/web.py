@@ -13,7 +13,6 @@ cost.
 import argparse
 import pathlib
 import random
-import statistics
 import subprocess
 import sys
 import tempfile
@@ -26,19 +25,13 @@ for folder in ("src", "test/integration", "test/browser", "bench"):
 
 from page_driver import start_browser
 from real_time import until
-from screencast import drawn_delays, note_drawn, shown_delays
+from screencast import HAS_PICTURE, drawn_delays, note_drawn, shown_delays
+from times import HEAD, row
 from ways_to_die import WAYS, DrivenPage
 from web_site import Site
 
 SAMPLES = 200       # keys pressed and released, and pictures drawn
 STARTS = 5
-
-
-def row(name: str, values: Sequence[float], limit: str) -> str:
-    """Return one row of the table: median, 95 % and worst in ms."""
-    ordered = sorted(1000 * value for value in values)
-    return "| %s | %d | %.1f | %.1f | %.1f | %s |" % (
-        name, len(ordered), statistics.median(ordered), ordered[int(0.95 * (len(ordered) - 1))], ordered[-1], limit)
 
 
 def picture(folder: pathlib.Path) -> List[str]:
@@ -67,7 +60,7 @@ def keys(folder: pathlib.Path) -> List[str]:
         for _ in range(SAMPLES // 2):
             at = time.monotonic()
             page.key("keyUp")
-            released.append(until(lambda: page._zero_since(at), "zero on the wire") - at)
+            released.append(until(lambda: page.zero_since(at), "zero on the wire") - at)
             time.sleep(random.uniform(0.1, 0.3))    # a hand does not press again in the same moment
             at = time.monotonic()
             page.key("keyDown")
@@ -103,8 +96,7 @@ def start(folder: pathlib.Path) -> List[str]:
             assert program.stdout is not None
             address = program.stdout.readline().split()[-1]
             driver.get(address)
-            until(lambda: driver.execute_script(
-                "const e = document.getElementById('age'); return e && /\\d/.test(e.textContent)"), "a picture")
+            until(lambda: driver.execute_script(HAS_PICTURE), "a picture")
             found.append(time.monotonic() - began)
             program.terminate()
             program.wait()
@@ -157,7 +149,7 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument("--only", default=",".join(PARTS), help="parts, with commas: %s" % ",".join(PARTS))
     parser.add_argument("--bag", help="also measure the replay of this recorded run")
     options = parser.parse_args(arguments)
-    print("| what | times | median, ms | 95 % | worst | limit |\n|---|---|---|---|---|---|")
+    print(HEAD)
     with tempfile.TemporaryDirectory() as folder:
         for name in filter(None, options.only.split(",")):
             measure = PARTS[name]

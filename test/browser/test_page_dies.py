@@ -24,4 +24,4 @@ def test_a_page_that_lives_goes_on_driving(tmp_path):
         start = page.heard.all[-1][0]
         end = page.robot.simulation.time + 1.0
         while page.robot.simulation.time < end:
-            assert page._zero_since(start) is None
+            assert page.zero_since(start) is None

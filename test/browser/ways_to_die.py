@@ -151,7 +151,7 @@ class DrivenPage:
 
     def _drives(self) -> bool:
         moves = self.heard.moves(0.0)
-        return bool(moves) and self._zero_since(moves[-1]) is None
+        return bool(moves) and self.zero_since(moves[-1]) is None
 
     def dies(self, way: "Way", lasting: float = 0.0) -> Death:
         """Let something die while the page drives, and measure. What can end, ends after ``lasting`` s."""
@@ -162,7 +162,7 @@ class DrivenPage:
             self._press()           # a late event of the browser, which has just shown this tab, let go of the key
         at = time.monotonic()
         restore = way(self)
-        zero = until(lambda: self._zero_since(at), "zero on the wire")
+        zero = until(lambda: self.zero_since(at), "zero on the wire")
         if way is hidden_tab:       # a busy browser hides a tab some time after it was told to
             self.driver.switch_to.window(self.driver.window_handles[0])
             hidden = self.driver.execute_script("return window.hiddenAt") / 1000
@@ -197,7 +197,7 @@ class DrivenPage:
         """Return the ids of all processes of this browser that show pages."""
         return [pid for pid in self._tree(self.browser) if "--type=renderer" in _command(pid)]
 
-    def _zero_since(self, at: float) -> Optional[float]:
+    def zero_since(self, at: float) -> Optional[float]:
         """Return when zero was first on the wire since a time, with no velocity behind it; None if it was not yet."""
         moves = self.heard.moves(at)
         stops = [stop for stop in self.heard.stops(at) if not moves or stop > moves[-1]]
