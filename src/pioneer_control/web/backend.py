@@ -9,13 +9,23 @@ file              what it has
 ================  =============================================================================
 """
 
+import math
 from typing import Any, Dict, List, NamedTuple, Optional, Protocol, Sequence, Tuple
 
 from ..errors import RefusedError
 from .trail import Trail
 
 TEACHERS = "teachers"
-"""As audience of a text: all teachers. It is no legal token of a visitor, because it is too short."""
+"""As audience of a text: all teachers. It is too short to be a visitor."""
+VELOCITY_LIVES = 0.4    # s
+REPEAT = 0.15           # s without a frame after which the last one is sent again, with its true age
+STATUS_EVERY = 0.5      # s between two statuses of one robot
+COUNTS_EVERY = 5.0      # s between two statuses that differ only in what changes all the time
+SONAR_LIVES = 2.0       # s: an older range of the sonar counts as not heard
+CONE = math.radians(15)
+"""Half of the angle of a sonar cone (rad)."""
+Pose = Tuple[float, float, float]
+"""x and y (m), heading (rad)."""
 
 
 class Person(NamedTuple):
@@ -30,9 +40,6 @@ class Person(NamedTuple):
     teacher: bool = False
     drawn: Optional[int] = None
     """The stamp of the newest frame on this person's screen; None before the first frame."""
-
-
-VELOCITY_LIVES = 0.4    # s
 
 
 class Controls(Protocol):
@@ -180,6 +187,26 @@ class Rules(Protocol):
         """Do an order that is not about driving (monotonic time, s). Raises a PioneerError that says for people why
         not.
         """
+
+
+class StatusPace:
+    """Says when the text ``status`` of one robot is told again."""
+
+    def __init__(self) -> None:
+        self._told: Dict[str, Any] = {}
+        self._told_at = -math.inf
+
+    def is_due(self, now: float) -> bool:
+        """Return whether another status may be told (monotonic time, s)."""
+        return now - self._told_at >= STATUS_EVERY
+
+    def take(self, status: Dict[str, Any], now: float, *slow: str) -> Optional[Dict[str, Any]]:
+        """Return a status if it is to be told now; else None. A change of the fields ``slow`` alone waits longer."""
+        without = dict.fromkeys(slow)
+        if now - self._told_at < COUNTS_EVERY and {**status, **without} == {**self._told, **without}:
+            return None
+        self._told, self._told_at = status, now
+        return status
 
 
 class Everybody:

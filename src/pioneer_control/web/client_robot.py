@@ -14,20 +14,12 @@ from ..client.ports import is_serial
 from ..errors import PioneerError
 from ..p2os import Flags, GripperCommand
 from ..port_url import without_key
-from .backend import VELOCITY_LIVES, Feed, Stage
+from .backend import CONE, REPEAT, SONAR_LIVES, VELOCITY_LIVES, Feed, Pose, Stage, StatusPace
 from .frames import FrameFlags, GripperBits, RobotFrame, encode_frame, stamp_of
-from .orders import GRIPPER_COMMANDS
 from .program_line import INPUT as PROGRAM
 from .trail import Trail
-from .truth import STAND, Pose
 
 COMMAND_TIMEOUT = 0.5   # s: the client's own dead man, behind that of the helm
-REPEAT = 0.15           # s without a state after which the last one is sent again, with its true age
-HEARD = 2.0             # s: an older sonar reading counts as not heard
-STATUS_EVERY = 0.5      # s between two statuses of one robot
-COUNTS_EVERY = 5.0      # s between two statuses that differ only in their counts
-CONE = math.radians(15)
-"""Half of the angle of a sonar cone (rad)."""
 INPUT, LOCK = "page", "stop"
 """The names by which the page is known to the helm: as an input, and as who locks."""
 INPUTS = {
@@ -36,9 +28,11 @@ INPUTS = {
 }
 """Who may command a robot, for the helm."""
 OBSTACLES = {LOCK: "it is locked: unlock it first", INPUT: "a person has the helm"}
-COMMANDS = dict(zip(GRIPPER_COMMANDS, (
-    GripperCommand.OPEN, GripperCommand.CLOSE, GripperCommand.LIFT_UP, GripperCommand.LIFT_DOWN, GripperCommand.HALT,
-    GripperCommand.DEPLOY, GripperCommand.STORE)))
+COMMANDS = {
+    "open": GripperCommand.OPEN, "close": GripperCommand.CLOSE, "up": GripperCommand.LIFT_UP,
+    "down": GripperCommand.LIFT_DOWN, "stop": GripperCommand.HALT, "deploy": GripperCommand.DEPLOY,
+    "store": GripperCommand.STORE}
+"""The robot's commands for orders.GRIPPER_COMMANDS."""
 LEVELS = {Level.OK: "ok", Level.WARN: "warn", Level.ERROR: "error", Level.STALE: "ok"}
 
 
@@ -61,7 +55,7 @@ def frame_of(robot: int, state: RobotState, now: float, link: bool, locked: bool
             (bits.CHARGING, state.charge_state in CHARGING or bool(state.flags & Flags.CHARGER_POWER))):
         if is_set:
             flags |= int(bit)
-    oldest = now - HEARD
+    oldest = now - SONAR_LIVES
     sonar = tuple([None if each is None or each.time < oldest else math.inf if each.range >= NO_ECHO else each.range
                    for each in state.sonar])
     return RobotFrame(robot, stamp_of(now), now - state.time, state.x, state.y, state.heading, state.linear,
@@ -171,7 +165,7 @@ class ClientRobot:
         """Whether programs have a line to this robot (see `program_line`)."""
         self.asked: Optional[int] = None
         """The viewer who asked for the motors last."""
-        self.base: Pose = STAND
+        self.base: Pose = (0.0, 0.0, 0.0)
         """The pose at which the present session of the robot began: its own odometry begins anew, the client's goes on.
         """
         self.introduced = False
@@ -184,7 +178,7 @@ class ClientRobot:
         self._framed_at = -math.inf
         self._lost: Optional[str] = "looking for it at %s" % url
         self._is_new_session = True
-        self._status: Tuple[Any, float] = ({}, -math.inf)       # the last one told, and when
+        self._pace = StatusPace()
 
     def start(self) -> None:
         """Begin to look for the robot."""
@@ -214,8 +208,7 @@ class ClientRobot:
 
     def status(self, now: float) -> Optional[Dict[str, Any]]:
         """Return the text ``status`` if it is time to tell a new one; else None."""
-        before, told_at = self._status
-        if now - told_at < STATUS_EVERY:
+        if not self._pace.is_due(now):
             return None
         counts, state, lost = self.robot.link, self._state, self._lost
         findings = self._health.report(now, counts)
@@ -223,10 +216,7 @@ class ClientRobot:
         status = status_of(self.number, findings, state, lost, {
             "sips_per_second": float(rate) if rate[:1].isdigit() else 0.0,
             "bad_checksums": counts.bad_checksums, "reconnects": counts.reconnects})
-        if now - told_at < COUNTS_EVERY and dict(status, counts=None) == dict(before, counts=None):
-            return None
-        self._status = (status, now)
-        return status
+        return self._pace.take(status, now, "counts")
 
     def _on_state(self, state: RobotState) -> None:
         self._health.state(state)

@@ -6,28 +6,21 @@ takes the messages of one robot, `WorldPicture` those that all share. TOPICS and
 
 import base64
 import math
-from typing import Any, Callable, Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Tuple
 
 from ..message_values import NO_ECHO, NOT_HEARD, GripStatus, LiftStatus, heading_of
+from .backend import CONE, SONAR_LIVES, Pose
 from .frames import FrameFlags, GripperBits, RobotFrame
 
-CONE = math.radians(15)
-"""Half of the angle of a sonar cone (rad)."""
 USUAL_OUTLINE = ((0.22, -0.2), (0.22, 0.2), (-0.22, 0.2), (-0.22, -0.2))
 """The outline (m) of a robot whose own is not known, about that of a Pioneer 3."""
 LEVELS = {0: "ok", 1: "warn", 2: "error", 3: "ok"}
 """The levels of diagnostic_msgs for the page. STALE is no fault of its own: the link has one then."""
-SONAR_LIVES = 2.0
-"""Time (s) after which a robot without a sonar message counts as one whose sonar is off."""
 LOG_LEVELS = {4: "warn", 8: "error", 16: "error"}
 """The levels of rosgraph_msgs/Log that the page shows."""
 DECISION_LIVES = 1.5
 """Time (s) after which a decision is shown no more: the program that decides does so about ten times a second."""
 MAP_FREE, MAP_OCCUPIED, MAP_UNKNOWN = 0, 1, 2
-
-Pose = Tuple[float, float, float]
-"""x, y (m), heading (rad)."""
-
 
 class Happening(NamedTuple):
     """Something that happened, for the log of the page and the marks of a recording."""
@@ -36,6 +29,15 @@ class Happening(NamedTuple):
     """"fault", "decision" or "event"."""
     level: str
     """"info", "warn" or "error"."""
+    text: str
+
+
+class Diagnosed(NamedTuple):
+    """One status of a DiagnosticArray: the namespace of its node, the task, the level, and the text."""
+
+    namespace: str
+    task: str
+    level: int
     text: str
 
 
@@ -288,11 +290,19 @@ class WorldPicture:
         self.cans: List[List[float]] = []
         """The text ``cans``."""
         self._name = ""
+        self._told: Dict[str, Any] = {"world": None, "cans": [], "origins": {}}
         self._origins: Dict[str, Pose] = {}     # by the odometry frame
 
     def take(self, name: str, message: Any, now: float) -> None:
         """Take a message of the topic ``name`` (a key of SHARED)."""
         SHARED[name].take(self, message, now)
+
+    def changes(self, robots: Iterable[RobotPicture]) -> List[Tuple[str, Any]]:
+        """Return the texts (kind and value) that are others than at the last call: world, cans, origins."""
+        texts = {"world": self.world, "cans": self.cans, "origins": self.origins(robots)}
+        changed = [(kind, value) for kind, value in texts.items() if value != self._told[kind]]
+        self._told.update(changed)
+        return changed
 
     def origins(self, robots: Iterable[RobotPicture]) -> Dict[str, List[float]]:
         """Return the text ``origins``: as tf says it, else by the true pose."""
@@ -306,7 +316,7 @@ class WorldPicture:
     def _take_name(self, message: Any, now: float) -> None:
         self._name = message.data
         if self.world is not None:
-            self.world["name"] = message.data
+            self.world = dict(self.world, name=message.data)
 
     def _take_cans(self, message: Any, now: float) -> None:
         self.cans = [[round(value, 3) for value in (pose.position.x, pose.position.y, pose.position.z)]
@@ -328,6 +338,19 @@ SHARED: Dict[str, ShownTopic] = {
     "tf_static": ShownTopic("TFMessage", WorldPicture._take_tf),
 }
 """The topics that robots share, by their last name. They may be in the namespace of one robot."""
+
+
+def namespace_of(node: str) -> str:
+    """Return the namespace of a node, without slashes at its ends."""
+    return node.strip("/").rpartition("/")[0]
+
+
+def diagnosed(message: Any) -> Iterator[Diagnosed]:
+    """Return what a DiagnosticArray says. The name of a status is ``NODE: TASK``."""
+    for status in message.status:
+        node, _, task = status.name.rpartition(": ")
+        level = status.level if isinstance(status.level, int) else status.level[0]     # a byte in Python 3
+        yield Diagnosed(namespace_of(node), task, level, status.message)
 
 
 def world_of(grid: Any, name: str) -> Dict[str, Any]:

@@ -4,6 +4,7 @@ Only this file and `node` use ROS here. What messages mean for the page says `fr
 decides who may command: this file publishes on ``teleop/cmd_vel`` and the like, as any program of a person does.
 """
 
+import math
 import threading
 from time import monotonic
 from typing import Any, Dict, List, Optional, Set, Tuple
@@ -23,9 +24,9 @@ from ..errors import PioneerError, RefusedError
 from ..message_values import GripCommand, LiftCommand
 from ..msg import (BatteryState, Bumpers, Decision, GripperState, GripState, Helm, LiftState, MotorState, RobotInfo,
                    SonarArray, Stall)
-from .backend import Feed, Stage
-from .frames import encode_frame, stamp_of
-from .from_messages import SHARED, TOPICS, RobotPicture, WorldPicture
+from .backend import REPEAT, Feed, Stage, StatusPace
+from .frames import FrameFlags, encode_frame, stamp_of
+from .from_messages import SHARED, TOPICS, RobotPicture, WorldPicture, diagnosed, namespace_of
 from .trail import Trail
 
 CLASSES = {each.__name__: each for each in (
@@ -37,8 +38,7 @@ OF_TOPIC = {"battery": Battery, "battery_state": BatteryState}
 PERSON = "teleop/cmd_vel"
 LOST = 2.0
 """Time (s) without a pose after which the link counts as lost."""
-REPEAT = 0.15           # s without a frame after which the last one is sent again, with its true age
-STATUS_EVERY = 0.5      # s between two statuses of one robot
+RATE_OVER = 4.0         # s over which poses are counted
 LOOK_EVERY = 1.0        # s between two looks at the graph
 WITH_SONAR = 0.3        # s after a sonar message in which a frame waits for the next one, which follows its pose
 SERVICE_PATIENCE = 3.0  # s
@@ -67,9 +67,9 @@ class GraphRobot:
         self.asked: Optional[int] = None
         self._feed, self._stage = feed, stage
         self._lock = threading.Lock()
-        self._framed_at = self._sonar_at = -1e9
+        self._framed_at = self._sonar_at = -math.inf
         self._frame_due = False
-        self._status: Tuple[Any, float] = ({}, -1e9)
+        self._pace = StatusPace()
         self._poses: List[float] = []
         prefix = "/%s/" % namespace if namespace else "/"
         self._velocity = rospy.Publisher(prefix + PERSON, Twist, queue_size=1, tcp_nodelay=True)
@@ -125,18 +125,15 @@ class GraphRobot:
 
     def status(self, now: float) -> Optional[Dict[str, Any]]:
         """Return the text ``status`` if it is time to tell a new one; else None."""
-        before, told_at = self._status
-        if now - told_at < STATUS_EVERY:
+        if not self._pace.is_due(now):
             return None
         with self._lock:
             silent = now - self.picture.pose_at
-            self._poses = [time for time in self._poses if now - time < 4.0]
+            self._poses = [time for time in self._poses if now - time < RATE_OVER]
             lost = "" if silent < LOST else "no pose has come for %.0f s: does its driver run?" % min(silent, 9999.0)
-            status = self.picture.status(now, "looking for the robot" if lost else "ok", lost, len(self._poses) / 4.0)
-        if dict(status, counts=None, lost=None) == dict(before, counts=None, lost=None) and now - told_at < 5.0:
-            return None
-        self._status = (status, now)
-        return status
+            status = self.picture.status(now, "looking for the robot" if lost else "ok", lost,
+                                         len(self._poses) / RATE_OVER)
+        return self._pace.take(status, now, "counts", "lost")
 
     def _hear(self, message: Any, name: str) -> None:
         now = monotonic()
@@ -177,7 +174,7 @@ class GraphRobot:
             self._framed_at = now
             frame = self.picture.frame(stamp_of(now), now)
             if now - self.picture.pose_at > LOST:
-                frame = frame._replace(flags=frame.flags & ~1, linear=0.0, angular=0.0)
+                frame = frame._replace(flags=frame.flags & ~FrameFlags.LINK, linear=0.0, angular=0.0)
             try:
                 self._feed.frame(encode_frame(frame))
             except PioneerError as error:   # a pose that no robot has
@@ -265,9 +262,8 @@ class Graph:
         self._next_number = 1
         self._world = WorldPicture()
         self._lock = threading.Lock()
-        self._told: Dict[str, Any] = {}
         self._shared: Dict[str, rospy.Subscriber] = {}
-        self._looked_at = -1e9
+        self._looked_at = -math.inf
         rospy.Subscriber("/diagnostics", DiagnosticArray, self._hear_diagnostics, queue_size=20)
         rospy.Subscriber("/rosout_agg", Log, self._hear_log, queue_size=50)
 
@@ -319,25 +315,16 @@ class Graph:
             self._tell()
 
     def _tell(self) -> None:
-        pictures = [robot.picture for robot in list(self.robots.values())]
-        for kind, value in (("world", self._world.world), ("cans", self._world.cans),
-                            ("origins", self._world.origins(pictures))):
-            if value and value != self._told.get(kind):
-                self._told[kind] = value
-                self._feed.text(kind, value)
+        for kind, value in self._world.changes([robot.picture for robot in list(self.robots.values())]):
+            self._feed.text(kind, value)
 
     def _hear_diagnostics(self, message: Any) -> None:
-        for status in message.status:
-            level = status.level if isinstance(status.level, int) else status.level[0]     # a byte in Python 3
-            node, _, task = status.name.rpartition(": ")
-            robot = self._robot_of(node)
-            if robot is not None and task:
-                robot.hear_diagnostics(task, level, status.message)
+        for each in diagnosed(message):
+            robot = self.robots.get(each.namespace)
+            if robot is not None:
+                robot.hear_diagnostics(each.task, each.level, each.text)
 
     def _hear_log(self, message: Any) -> None:
-        robot = self._robot_of(message.name)
+        robot = self.robots.get(namespace_of(message.name))
         if robot is not None:
             robot.hear_log(message.level, message.msg)
-
-    def _robot_of(self, node: str) -> Optional[GraphRobot]:
-        return self.robots.get(node.strip("/").rpartition("/")[0])

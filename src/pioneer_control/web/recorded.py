@@ -10,14 +10,13 @@ from typing import Any, Callable, Counter, Dict, List, NamedTuple, Optional, Seq
 
 from ..bags.reader import BagConnection, decode, message_class, plural, read_bag
 from ..bags.records import BagError
+from .backend import STATUS_EVERY
 from .columns import TimedFrame, columns
 from .frames import WHOLE, FrameFlags
-from .from_messages import SHARED, TOPICS, RobotPicture, WorldPicture, helm_text
+from .from_messages import SHARED, TOPICS, RobotPicture, WorldPicture, diagnosed, helm_text, namespace_of
 
 GAP = 0.6
 """Time (s) without a pose after which the picture says that the link is lost."""
-STATUS_EVERY = 0.5
-"""The shortest time (s) between two statuses of a robot."""
 MOST_MARKS = 5000
 MOST_ROBOTS = 200
 INPUTS = {"teleop/cmd_vel": "person"}
@@ -117,7 +116,6 @@ class BagCollector:
         self.undecoded: Counter[str] = Counter()
         self.begin: Optional[float] = None
         self._world = WorldPicture()
-        self._shared: Dict[str, Any] = {}
         self._known: Dict[int, Tuple[Optional[Callable[[Any, float], None]], Any]] = {}
 
     def add(self, connection: BagConnection, data: bytes, time: float) -> None:
@@ -154,11 +152,6 @@ class BagCollector:
         for robot in self.robots.values():
             robot.finish()
 
-    @property
-    def pictures(self) -> List[RobotPicture]:
-        """The pictures of all robots."""
-        return [robot.picture for robot in self.robots.values()]
-
     def _take_of(self, robot: RecordedRobot, name: str, message: Any, now: float) -> None:
         robot.take(name, message, now)
         if name == "ground_truth":
@@ -169,30 +162,24 @@ class BagCollector:
         self._tell_shared(now)
 
     def _tell_shared(self, now: float) -> None:
-        for kind, value in (("world", self._world.world), ("cans", self._world.cans),
-                            ("origins", self._world.origins(self.pictures))):
-            if value and value != self._shared.get(kind):
-                self._shared[kind] = value
-                self.messages.append((now, {kind: value}))
+        pictures = [robot.picture for robot in self.robots.values()]
+        self.messages += [(now, {kind: value}) for kind, value in self._world.changes(pictures)]
 
     def _take_diagnostics(self, message: Any, now: float) -> None:
-        for status in message.status:
-            level = status.level if isinstance(status.level, int) else status.level[0]     # a byte in Python 3
-            node, _, task = status.name.rpartition(": ")
-            robot = self._robot_of(node)
+        for each in diagnosed(message):
+            robot = self._robot_in(each.namespace)
             if robot is not None:
-                robot.picture.take_diagnostics(task, level, status.message)
+                robot.picture.take_diagnostics(each.task, each.level, each.text)
                 robot.tell(now)
 
     def _take_log(self, message: Any, now: float) -> None:
-        robot = self._robot_of(message.name)
+        robot = self._robot_in(namespace_of(message.name))
         if robot is not None:
             robot.picture.take_log(message.level, message.msg)
             robot.tell(now)
 
-    def _robot_of(self, node: str) -> Optional[RecordedRobot]:
-        """Return the robot in whose namespace a node is; of a node elsewhere the only robot. None if nobody knows."""
-        namespace = node.strip("/").rpartition("/")[0]
+    def _robot_in(self, namespace: str) -> Optional[RecordedRobot]:
+        """Return the robot of a namespace; if there is none, the only robot; None if there are several."""
         only = next(iter(self.robots.values())) if len(self.robots) == 1 else None
         return self.robots.get(namespace, only)
 

@@ -11,16 +11,13 @@ import socket
 from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple
 
 from ..errors import RefusedError
-from .backend import TextFeed
+from .backend import Pose, TextFeed
 from .trail import JUMP
 
-Pose = Tuple[float, float, float]
-"""x and y (m), heading (rad)."""
 RETRY = 0.5             # s between two attempts to connect
 LONGEST_LINE = 2 ** 24  # bytes
 READ_SIZE = 65536
 MOST_ORDERS = 100       # that wait for answers
-STAND: Pose = (0.0, 0.0, 0.0)
 
 
 def origin_of(origin: Sequence[float], base: Pose) -> List[float]:
