@@ -93,7 +93,7 @@ def serve_recording(bags: List[str], options: argparse.Namespace, ending: "Signa
     from ..bags.command_line import in_order, stem      # late: they import numpy
     from .recorded import read_recording
     name = os.path.basename(stem(bags[0]))
-    recording = read_recording(in_order(bags) if len(bags) > 1 else bags, name)
+    recording = read_recording(in_order(bags), name)
     site = opened(name, options, stack)
     run(site, Owner(site.listening, site.told._replace(kind="recording"), recording=recording.parts,
                     folder=options.folder, say=say), options, ending)

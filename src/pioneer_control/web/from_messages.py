@@ -22,6 +22,7 @@ DECISION_LIVES = 1.5
 """Time (s) after which a decision is shown no more: the program that decides does so about ten times a second."""
 MAP_FREE, MAP_OCCUPIED, MAP_UNKNOWN = 0, 1, 2
 
+
 class Happening(NamedTuple):
     """Something that happened, for the log of the page and the marks of a recording."""
 

@@ -58,7 +58,7 @@ def order_of(modules: Mapping[str, str], start: str = START) -> List[str]:
     Raises:
         UsageError: a module is not there, does not export what is imported, or modules import each other in a circle.
     """
-    ordered = []    # type: List[str]
+    ordered: List[str] = []
 
     def visit(name: str, path: List[str]) -> None:
         if name in path:
@@ -84,7 +84,7 @@ def join_modules(modules: Mapping[str, str], start: str = START) -> str:
     Raises:
         UsageError: they use other forms of import or export than those above, or a name twice.
     """
-    owners = {}     # type: Dict[str, str]
+    owners: Dict[str, str] = {}
     parts = []
     for name in order_of(modules, start):
         text = _EXPORT.sub("", _IMPORT.sub("", modules[name]))
@@ -142,7 +142,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     output = options.output or stem(options.bag[0]) + ".html"
     try:
         name = options.title or os.path.basename(stem(options.bag[0]))
-        bags = in_order(options.bag) if len(options.bag) > 1 else options.bag
+        bags = in_order(options.bag)
         with Progress(os.path.basename(bags[0])) as progress:
             recording = read_recording(bags, name, progress)
         with writing(output) as part, open(part, "w", encoding="utf-8") as file:

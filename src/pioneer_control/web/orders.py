@@ -245,7 +245,7 @@ def read_message(text: Union[str, bytes]) -> Dict[str, Any]:
 
     Raises:
         UsageError: it is longer than 4 kB, binary, not JSON, not an object, has a field twice, or a number that is not
-            finite. Who sends this does not speak this protocol.
+            finite. Whoever sends this does not speak this protocol.
     """
     if isinstance(text, bytes):
         raise UsageError("a message of %d bytes is binary; legal: text, a JSON object" % len(text))
@@ -283,9 +283,7 @@ def first_words(message: Mapping[str, Any]) -> FirstWords:
 
     The error never has the key.
     """
-    if not KEY.is_legal(message.get("key")):
-        raise UsageError("the first message needs the field key: a text")
-    return FirstWords(**_fields("the first message", message, {"key": KEY, "visitor": VISITOR}))
+    return FirstWords(**_first_fields(message, {"key": KEY, "visitor": VISITOR}))
 
 
 def program_key(message: Mapping[str, Any]) -> str:
@@ -293,9 +291,14 @@ def program_key(message: Mapping[str, Any]) -> str:
 
     The error never has the key.
     """
+    return str(_first_fields(message, {"key": KEY})["key"])
+
+
+def _first_fields(message: Mapping[str, Any], checks: Mapping[str, Check]) -> Dict[str, Any]:
+    """Return the fields of a first message. The error for a wrong key does not show it, unlike that of _fields()."""
     if not KEY.is_legal(message.get("key")):
         raise UsageError("the first message needs the field key: a text")
-    return str(_fields("the first message", message, {"key": KEY})["key"])
+    return _fields("the first message", message, checks)
 
 
 def _fields(what: str, values: Mapping[str, Any], checks: Mapping[str, Check]) -> Dict[str, Any]:
