@@ -121,7 +121,7 @@ def find(path: str = "") -> Optional[Gamepad]:
     Raises:
         PortError: a path was given, and there is no gamepad that may be read.
     """
-    import evdev    # from Debian: python3-evdev. Only who has a gamepad needs it
+    import evdev    # from Debian: python3-evdev. needed only with a gamepad
 
     for found in [path] if path else sorted(evdev.list_devices()):
         try:

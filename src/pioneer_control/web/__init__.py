@@ -24,7 +24,7 @@ pictures to browsers, and orders back. It may die or hang at any time: the robot
 ``frames``            what changes ten times a second of a robot, as bytes
 ``columns``           the same of a whole recording
 ``trail``             the way that a robot went lately
-``truth``             the map of simulated robots, from their simulator
+``truth``             what the simulator tells of its world and tasks, and the orders to it
 ``from_messages``     the messages of a robot's topics, as the page shows them
 ``graph``             the robots of a ROS graph
 ``node``              the ROS node that serves them

@@ -5,8 +5,8 @@ text                   who gets it
 =====================  ================================================================================================
 class                  teachers: address, QR code, students, tasks, whether time stands
 join                   true for everybody who has no robot and is no teacher; else false
-mine                   each student: the own robot and name; others: no robot
-program                each student: the key of the own robot; teachers: those of all
+mine                   each student: robot and name of this student; others: no robot
+program                each student: the key of this student's robot; teachers: the keys of all robots
 robots                 all; ``yours`` is true for teachers only
 =====================  ================================================================================================
 """

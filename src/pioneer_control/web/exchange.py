@@ -5,7 +5,8 @@ Each message is its length (u32, little-endian, of what follows), one byte for i
 ====  ============  ===================================================================================================
 kind  from          contents
 ====  ============  ===================================================================================================
-C     owner         JSON, first: ``{"keys": {key: whether it is a teacher's}, "title": text, "hosts": [names]}``
+C     owner         JSON, first: ``{"keys": {key: whether it is a teacher's}, "title": text, "hosts": [names],
+                    "kind": "live" or "recording"}``
 W     owner         one binary message of a recording, which each viewer gets as it is, before all frames
 F     owner         one frame, as frames.encode_frame() gives it
 T     owner         JSON: ``{"kind": ..., "robot": number or null, "value": ..., "seat": visitor or "", "to": for

@@ -207,7 +207,7 @@ def read_frames(message: bytes) -> List[RobotFrame]:
 
 
 class FrameHead(NamedTuple):
-    """The first fields of a frame as bytes, for who only passes frames on: x and y are in m."""
+    """The first fields of a frame as bytes, for a server that only passes frames on: x and y are in m."""
 
     robot: int
     stamp: int

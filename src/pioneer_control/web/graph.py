@@ -1,6 +1,6 @@
 """The robots of a ROS graph, as the page shows them and tells them: found by their topics, coming and going.
 
-Only this file and `node` use ROS here. What messages mean for the page says `from_messages`. The driver of each robot
+Only this file and `node` use ROS here. `from_messages` says what messages mean for the page. The driver of each robot
 decides who may command: this file publishes on ``teleop/cmd_vel`` and the like, as any program of a person does.
 """
 

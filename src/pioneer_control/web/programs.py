@@ -6,7 +6,7 @@ robot (`program_line`), which the helm goes before.
 ==========================  ===========================================================================================
 what                        rule
 ==========================  ===========================================================================================
-key                         one for each robot, made here. Who may drive the robot is told it, nobody else
+key                         one for each robot, made here. Only persons who may drive the robot are told it
 two programs of one robot   the newer one has it, the older one is closed. Within SETTLES s the newer one is refused: so
                             two programs that both connect again and again do not take turns faster
 server silent               what programs drive stops
@@ -145,7 +145,7 @@ class Programs:
                                           "key": self._shared[robot].key}, robot, to=to)
 
     def change_key(self, robot: int) -> None:
-        """Make a new key for a robot. Who has the old one loses the robot, and every program with it."""
+        """Make a new key for a robot. A program with the old one loses the robot."""
         shared = self._shared[robot]
         shared.key = secrets.token_urlsafe(16)
         self._end(shared, Farewell(WRONG_KEY, "this robot has a new key: the page shows it to who may drive the robot"))

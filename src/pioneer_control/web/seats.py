@@ -3,10 +3,10 @@
 =====================================  ================================================================================
 order                                  who may, and when
 =====================================  ================================================================================
-drive                                  who has the seat, or takes a free one; not while locked; its own stamp is not
-                                       older than FRESH s. Zero from the holder is always obeyed
-motors, gripper                        who has the seat, or takes a free one. While locked, the gripper only stops, and
-                                       motors only go off (the helm sees to that)
+drive                                  the holder of the seat, or anybody if it is free; not while locked; its own
+                                       stamp is not older than FRESH s. Zero from the holder is always obeyed
+motors, gripper                        the holder of the seat, or anybody if it is free. While locked, the gripper only
+                                       stops, and motors only go off (the helm sees to that)
 limit, take, release                   everybody, but not while somebody else has the seat
 stop                                   everybody, always, however old
 unlock                                 everybody; only a teacher what a teacher has stopped

@@ -1,8 +1,8 @@
 """The web server: passes pictures of robots from their owner to viewers, and orders back. It decides nothing.
 
 It is a program of its own, started by the owner: ``python3 -m pioneer_control.web.server LINK SOCKETS [FOLDER]`` with
-the numbers of inherited file descriptors. It ends when the owner closes its end of the link. What goes over the link
-says `exchange`, what viewers get says `fleet`, who may come says `guard`.
+the numbers of inherited file descriptors. It ends when the owner closes its end of the link. `exchange` has the
+messages of the link, `fleet` decides what viewers get, `guard` who may come.
 """
 
 import asyncio

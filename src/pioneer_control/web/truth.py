@@ -1,4 +1,6 @@
-"""The map of simulated robots, from the simulator's socket of the truth (docs/simulator.md).
+"""What the simulator tells at its socket of the truth: world, cans, faults, tasks. Takes orders to it, too.
+
+docs/simulator.md has the protocol of this socket.
 
 `Truth` is pure: bytes in, texts of the page's protocol out. `TruthLine` has the socket.
 """
