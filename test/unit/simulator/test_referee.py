@@ -72,14 +72,14 @@ class Class:
 
 def test_nothing_is_chosen_at_first():
     school = Class()
-    assert school.referee.told is None and school.referee.ground.floor.name == "hall"
+    assert school.referee.told is None and school.referee.ground.world.name == "hall"
     assert school.referee.tasks == [("run", "The run"), ("push", "The push")]
 
 
 def test_a_chosen_task_is_ready():
     school = Class()
     assert school.referee.choose("run") == "the task run is ready"
-    assert school.poses == school.referee.ground.starts and school.referee.ground.floor.name == "run"
+    assert school.poses == school.referee.ground.starts and school.referee.ground.world.name == "run"
     assert school.referee.told == {
         "name": "run", "title": "The run", "text": "Do it.", "state": "ready", "clock": 0.0, "limit": 20.0,
         "scores": [[0.0, "has not moved"]] * 3}

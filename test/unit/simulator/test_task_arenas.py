@@ -76,12 +76,12 @@ def grounds(count, base="office", tasks=None):
 @pytest.mark.parametrize("count", [1, 2, 7, 30])
 def test_each_robot_has_a_copy_of_each_arena_and_no_two_overlap(count):
     made = grounds(count)
-    boxes = [made.parts[""].floor.bounds]
+    boxes = [made.parts[""].world.bounds]
     for task in made.tasks.values():
         ground = made.parts[task.name]
         assert len(ground.starts) == len(ground.offsets) == count
-        assert len(ground.cans) == len(ground.floor.cans) == count * len(task.arena.cans)
-        assert len(ground.floor.walls) == count * len(task.arena.walls)
+        assert len(ground.cans) == len(ground.world.cans) == count * len(task.arena.cans)
+        assert len(ground.world.walls) == count * len(task.arena.walls)
         low_x, low_y, high_x, high_y = task.arena.bounds
         boxes += [(low_x + x, low_y + y, high_x + x, high_y + y) for x, y in ground.offsets]
         assert [pose[:2] for pose in ground.starts] == [
@@ -96,13 +96,13 @@ def test_the_base_world_stays_as_it_is():
     world, made = load_world("office"), grounds(5)
     assert made.world.walls[:len(world.walls)].tolist() == world.walls.tolist()
     assert made.world.name == "office" and made.world.goals == world.goals and made.world.cans == world.cans
-    assert made.parts[""].floor.bounds == world.bounds and made.parts[""].floor.starts == world.starts
+    assert made.parts[""].world.bounds == world.bounds and made.parts[""].world.starts == world.starts
     assert made.world.starts == made.parts[""].starts and len(made.world.starts) == 5
 
 
 def test_without_tasks_the_world_is_the_base_world():
     made = grounds(4, tasks=[])
-    assert made.world is made.parts[""].floor and list(made.parts) == [""]
+    assert made.world is made.parts[""].world and list(made.parts) == [""]
 
 
 def test_robots_hear_nothing_of_the_arenas():

@@ -20,13 +20,13 @@ class Ground(NamedTuple):
     """The part of the world that is in use: the base world, or all copies of one arena.
 
     Attributes:
-        floor: walls, posts, boxes, cans and places that are in use.
+        world: walls, posts, boxes, cans and places that are in use.
         starts: the pose (m, rad; map frame) at which each robot starts there.
         cans: the cans that are in use, each with its first place. Those of the first robot's arena come first.
         offsets: where the origin of each robot's arena lies (m, map frame). Empty for the base world.
     """
 
-    floor: World
+    world: World
     starts: Sequence[Pose]
     cans: Sequence[Home]
     offsets: Sequence[Point] = ()
@@ -51,11 +51,11 @@ class Grounds:
         corner_x, corner_y = base.bounds[2] + GAP, base.bounds[1]
         for task in tasks:
             ground = self.parts[task.name] = _copies(task.arena, len(starts), corner_x, corner_y)
-            corner_x = ground.floor.bounds[2] + GAP
+            corner_x = ground.world.bounds[2] + GAP
         self.world = base
         """All parts in one world, with the cans of the base world."""
         if tasks:
-            self.world = _joined(base, starts, [ground.floor for ground in self.parts.values()])
+            self.world = _joined(base, starts, [ground.world for ground in self.parts.values()])
             self.world.cans = list(base.cans)
 
 
@@ -69,8 +69,8 @@ def _copies(arena: World, count: int, corner_x: float, corner_y: float) -> Groun
                for number in range(count)]
     moved = [_moved(arena, *offset) for offset in offsets]
     starts = [pose for copy in moved for pose in copy.starts]
-    floor = _joined(arena, starts, moved)
-    return Ground(floor, starts, homes_of(floor.cans), offsets)
+    world = _joined(arena, starts, moved)
+    return Ground(world, starts, homes_of(world.cans), offsets)
 
 
 def _moved(world: World, right: float, up: float) -> World:

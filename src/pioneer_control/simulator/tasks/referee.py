@@ -203,7 +203,7 @@ class Referee:
         self.ground = self._grounds.parts[name]
         self.carrier.settle(self.ground.starts, self.ground.cans)
         self._contest = self._new_contest(self._grounds.tasks[name]) if name else None
-        return "the task %s is ready" % name if name else "all robots are back in %s" % self.ground.floor.name
+        return "the task %s is ready" % name if name else "all robots are back in %s" % self.ground.world.name
 
     def begin(self) -> str:
         """Carry all robots and cans to their starts again, and begin the chosen task. Returns a sentence for people.

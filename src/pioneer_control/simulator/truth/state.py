@@ -35,7 +35,7 @@ def world_of(simulation: Simulation, urls: Sequence[Optional[str]], referee: Ref
         urls: URL of the TCP port of each robot. None for a robot that has no TCP port.
         referee: knows which part of the world is in use.
     """
-    world = referee.ground.floor
+    world = referee.ground.world
     return {"world": {
         "name": world.name,
         "bounds": world.bounds,
@@ -71,7 +71,7 @@ def truth_of(simulation: Simulation, lines: LineSimulation, pace: Pace, referee:
         "contacts": [robot.contacts for robot in simulation.robots],
         "driven": [robot.hardware.body.driven for robot in simulation.robots],
         "stop_buttons": [robot.hardware.motors.stop_button for robot in simulation.robots],
-        "cans": [(*can_place(can), holders.get(id(can.held_by), NONE), marked_place(referee.ground.floor, can))
+        "cans": [(*can_place(can), holders.get(id(can.held_by), NONE), marked_place(referee.ground.world, can))
                  for can in simulation.world.cans],
         "faults": [str(fault) for fault in lines.faults.on],
         "task": referee.told,
