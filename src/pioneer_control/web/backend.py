@@ -1,4 +1,5 @@
 """What lies between the page's rooms and robots of any kind: what is shown (Feed), and what is told (Controls).
+Besides, what all of these share: how often they tell, and the form of a robot's entry.
 
 ================  =============================================================================
 file              what it has
@@ -13,6 +14,7 @@ import math
 from typing import Any, Dict, List, NamedTuple, Optional, Protocol, Sequence, Tuple
 
 from ..errors import RefusedError
+from .frames import LONGEST_RANGE
 from .trail import Trail
 
 TEACHERS = "teachers"
@@ -187,6 +189,15 @@ class Rules(Protocol):
         """Do an order that is not about driving (monotonic time, s). Raises a PioneerError that says for people why
         not.
         """
+
+
+def robot_entry(robot: int, name: str, where: str, simulated: bool, **known: Any) -> Dict[str, Any]:
+    """Return the entry of a robot in the text ``robots``. ``known``: more of its fields; without them it has no shape.
+    """
+    return {
+        "robot": robot, "name": name, "model": "", "where": where, "simulated": simulated, "outline": [], "sonar": [],
+        "sonar_range": LONGEST_RANGE, "sonar_cone": round(CONE, 3), "gripper": False, "max_linear": 0.0,
+        "max_angular": 0.0, "yours": True, **known}
 
 
 class StatusPace:

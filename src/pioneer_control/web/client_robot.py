@@ -14,7 +14,7 @@ from ..client.ports import is_serial
 from ..errors import PioneerError
 from ..p2os import Flags, GripperCommand
 from ..port_url import without_key
-from .backend import CONE, REPEAT, SONAR_LIVES, VELOCITY_LIVES, Feed, Pose, Stage, StatusPace
+from .backend import REPEAT, SONAR_LIVES, VELOCITY_LIVES, Feed, Pose, Stage, StatusPace, robot_entry
 from .frames import FrameFlags, GripperBits, RobotFrame, encode_frame, stamp_of
 from .program_line import INPUT as PROGRAM
 from .trail import Trail
@@ -80,20 +80,16 @@ def gripper_bits(gripper: Optional[GripperReading]) -> int:
 def entry_of(robot: int, url: str, identity: Optional[RobotIdentity], simulated: bool) -> Dict[str, Any]:
     """Return the entry of a robot in the text ``robots``. Without an identity nobody knows its shape: lists are empty.
     """
-    entry: Dict[str, Any] = {
-        "robot": robot, "name": url, "model": "", "where": url, "simulated": simulated, "outline": [], "sonar": [],
-        "sonar_range": NO_ECHO, "sonar_cone": round(CONE, 3), "gripper": False, "max_linear": 0.0, "max_angular": 0.0,
-        "yours": True}
-    if identity is not None:
-        model = identity.model
-        sonar: List[Optional[List[float]]] = [None] * model.sonar_count
-        for each in model.sonar:
-            sonar[each.number] = [_short(value) for value in each[1:]]
-        entry.update(
-            name=identity.name or url, model=model.subtype, gripper=identity.has_gripper, sonar=sonar,
-            outline=[[_short(x), _short(y)] for x, y in model.outline(identity.has_gripper)],
-            max_linear=_short(identity.max_linear), max_angular=_short(identity.max_angular))
-    return entry
+    if identity is None:
+        return robot_entry(robot, url, url, simulated)
+    model = identity.model
+    sonar: List[Optional[List[float]]] = [None] * model.sonar_count
+    for each in model.sonar:
+        sonar[each.number] = [_short(value) for value in each[1:]]
+    return robot_entry(
+        robot, identity.name or url, url, simulated, model=model.subtype, gripper=identity.has_gripper, sonar=sonar,
+        outline=[[_short(x), _short(y)] for x, y in model.outline(identity.has_gripper)],
+        max_linear=_short(identity.max_linear), max_angular=_short(identity.max_angular))
 
 
 def _short(value: float) -> float:

@@ -9,7 +9,7 @@ import math
 from typing import Any, Callable, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Tuple
 
 from ..message_values import NO_ECHO, NOT_HEARD, GripStatus, LiftStatus, heading_of
-from .backend import CONE, SONAR_LIVES, Pose
+from .backend import SONAR_LIVES, Pose, robot_entry
 from .frames import FrameFlags, GripperBits, RobotFrame
 
 USUAL_OUTLINE = ((0.22, -0.2), (0.22, 0.2), (-0.22, 0.2), (-0.22, -0.2))
@@ -102,12 +102,9 @@ class RobotPicture:
     def entry(self, where: str) -> Dict[str, Any]:
         """Return the entry of the robot in the text ``robots``."""
         info = self._info
-        entry: Dict[str, Any] = {
-            "robot": self.number, "name": self.name, "model": "", "where": where,
-            "simulated": self.simulated,
-            "outline": [list(corner) for corner in USUAL_OUTLINE], "sonar": [], "sonar_range": NO_ECHO,
-            "sonar_cone": round(CONE, 3), "gripper": bool(self._gripper), "max_linear": 0.5, "max_angular": 1.745,
-            "yours": True}
+        entry = robot_entry(
+            self.number, self.name, where, self.simulated, outline=[list(corner) for corner in USUAL_OUTLINE],
+            gripper=bool(self._gripper), max_linear=0.5, max_angular=1.745)
         if info is not None:
             sonar: List[Optional[List[float]]] = [None] * (max(info.sonar_numbers, default=-1) + 1)
             for number, pose in zip(info.sonar_numbers, info.sonar_poses):

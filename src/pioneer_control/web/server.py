@@ -209,7 +209,17 @@ class Hub(asyncio.Protocol):
                 self._pages[number].send(message)
 
 
-class PageHandler(RequestHandler):
+class DiscreetHandler(RequestHandler):
+    """Logs what nobody expected, without the address of the request: somebody may have put a key there."""
+
+    def log_exception(self, kind: Optional[Type[BaseException]], error: Optional[BaseException],
+                      trace: Optional[TracebackType]) -> None:
+        """Log an error that is not one of HTTP."""
+        if not isinstance(error, HTTPError):
+            LOG.error("a request failed", exc_info=(kind, error, trace) if kind and error else None)
+
+
+class PageHandler(DiscreetHandler):
     """Answers a request with a file of the page, or with 404. Only GET and HEAD."""
 
     def initialize(self, hub: Hub, files: Dict[str, PageFile]) -> None:
@@ -243,14 +253,8 @@ class PageHandler(RequestHandler):
         self.set_header("Content-Type", "text/plain; charset=utf-8")
         self.finish("%d %s\n" % (status_code, self._reason))
 
-    def log_exception(self, kind: Optional[Type[BaseException]], error: Optional[BaseException],
-                      trace: Optional[TracebackType]) -> None:
-        """Log what nobody expected, without the address of the request: somebody may have put a key there."""
-        if not isinstance(error, HTTPError):
-            LOG.error("a request failed", exc_info=(kind, error, trace) if kind and error else None)
 
-
-class GuardedSocket(WebSocketHandler):
+class GuardedSocket(DiscreetHandler, WebSocketHandler):
     """A WebSocket that checks where it comes from, has to be accepted in time, and is closed with a reason.
 
     Attributes:
@@ -324,12 +328,6 @@ class GuardedSocket(WebSocketHandler):
             GuardedSocket.on_close(self)
             reason = farewell.reason.encode("utf-8", "replace")[:LONGEST_REASON].decode("utf-8", "ignore")
             self.close(farewell.code, reason)
-
-    def log_exception(self, kind: Optional[Type[BaseException]], error: Optional[BaseException],
-                      trace: Optional[TracebackType]) -> None:
-        """Log what nobody expected, without the address of the request."""
-        if not isinstance(error, HTTPError):
-            LOG.error("a connection failed", exc_info=(kind, error, trace) if kind and error else None)
 
     def send(self, message: Message) -> "Optional[asyncio.Future[None]]":
         """Send a message. Returns the future end of the write; None if the connection is gone."""
