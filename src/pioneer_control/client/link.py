@@ -81,7 +81,7 @@ class Link:
     settings: Settings
     line: Line
     now: float
-    """Monotonic time (s) of the present call of the session."""
+    """Time (s) of the present call of the session: monotonic, or its own."""
     host_baud: HostBaud
     decoder: p2os.FrameDecoder = field(default_factory=p2os.FrameDecoder)
     grip_state_first: bool = True
@@ -93,6 +93,8 @@ class Link:
     """Number of whole packets that are unknown, malformed or impossible."""
     events: List[Event] = field(default_factory=list)
     """Events for the listeners. The session takes them out."""
+    has_own_time: bool = False
+    """Whether only the phase sets ``now``: see the file lockstep."""
     connected_counts: Callable[[], Sequence[int]] = tuple
     """Returns the last three fields of session.Counts, which Connected counts; nothing before that phase."""
 
@@ -138,10 +140,6 @@ class Phase:
 
     def use(self, settings: Settings, now: float) -> None:
         """Use these settings from ``now`` (monotonic, s) on. Most phases have nothing to do."""
-
-    def time(self, now: float) -> float:
-        """Return the time (s) that this phase has at the monotonic time ``now``. Only in lockstep it is another."""
-        return now
 
 
 class SteppedPhase(Phase):

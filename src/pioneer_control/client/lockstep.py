@@ -53,12 +53,10 @@ class ConnectedInLockstep(Connected):
 
     def __init__(self, link: Link, before: OpeningInLockstep, learned: Learned) -> None:
         link.now = link.last_sip = 0.0
+        link.has_own_time = True
         link.line.begin_clock(link.now)
         self._held: List[Any] = []
         super().__init__(link, before, learned._replace(time=link.now, sent_time=link.now))
-
-    def time(self, now: float) -> float:
-        return self._link.now
 
     def take(self, packet: Any, sent_time: float) -> Optional[Outcome]:
         if isinstance(packet, p2os.Reset):

@@ -6,6 +6,7 @@ The docstring of the folder has an example.
 import atexit
 import contextlib
 import math
+from time import monotonic
 from typing import Any, Callable, NamedTuple, Optional
 
 from ..errors import LinkLostError, NoAnswerError, PioneerError, RefusedError, UsageError
@@ -109,6 +110,7 @@ class Robot:
         self._audience.listen(on_state, on_event)
         self._link = LinkThreads(self.url, baud, key_in_url if key is None else key, settings, self._audience,
                                  reconnect, on_wire)
+        self._lockstep = is_lockstep(self.url)
 
     def listen(self, on_state: Optional[Callable[[RobotState], None]] = None,
                on_event: Optional[Callable[[Any], None]] = None) -> None:
@@ -165,7 +167,7 @@ class Robot:
         a slow computer makes no difference.
         """
         link = self._link
-        if is_lockstep(self.url):
+        if self._lockstep:
             timeout = max(timeout, LONGEST_CYCLE)
         with link.changed:
             before = link.state
@@ -231,7 +233,7 @@ class Robot:
         and then sends nothing. Raises LinkError when there is no link.
         """
         with self._link as robot:
-            robot.drive.set_velocity(linear, angular, self._link.now(), timeout)
+            robot.drive.set_velocity(linear, angular, self._now(), timeout)
 
     def set_wheel_velocities(self, left: float, right: float, timeout: float = math.inf) -> None:
         """Drive the left and the right wheels at these velocities (m/s, forward positive) until command_timeout.
@@ -242,7 +244,7 @@ class Robot:
         set_velocity().
         """
         with self._link as robot:
-            robot.drive.set_wheel_velocities(left, right, self._link.now(), timeout)
+            robot.drive.set_wheel_velocities(left, right, self._now(), timeout)
 
     def set_limits(self, max_linear: Optional[float], max_angular: Optional[float], command_timeout: float) -> None:
         """Change the limits (m/s, rad/s; None for the robot's own limit) and the command time-out (s).
@@ -267,7 +269,7 @@ class Robot:
         Without a link this does nothing and raises no error: every link begins with a stop.
         """
         with contextlib.suppress(PioneerError), self._link as robot:
-            robot.drive.stop(self._link.now())
+            robot.drive.stop(self._now())
 
     def enable_motors(self, timeout: float = 2.0) -> None:
         """Switch the motors on. Returns when the robot reports that they are on.
@@ -291,10 +293,10 @@ class Robot:
         comes as the event MotorsAnswered.
         """
         with self._link as robot:
-            request = robot.drive.request_motors(on, self._link.now(), timeout)
+            request = robot.drive.request_motors(on, self._now(), timeout)
 
         def wait() -> None:
-            while is_lockstep(self.url) and not request.done:
+            while self._lockstep and not request.done:
                 self.wait_for_state()
             with self._link.changed:
                 self._link.changed.wait_for(lambda: request.done)
@@ -319,7 +321,7 @@ class Robot:
         with self._link as robot:
             if not robot.identity.has_gripper:
                 raise RefusedError("%s: the robot reports no gripper" % self.url)
-            robot.command(self._link.now(), *packets)
+            robot.command(self._now(), *packets)
 
     def set_digital_out(self, mask: int, states: int) -> None:
         """Set the digital outputs whose bits are 1 in ``mask`` (0..255) to their bits in ``states`` (0..255)."""
@@ -346,4 +348,8 @@ class Robot:
     def send(self, *packets: bytes) -> None:
         """Send whole packets as they are. Raises LinkError without a link. What moves the robot has methods above."""
         with self._link as robot:
-            robot.command(self._link.now(), *packets)
+            robot.command(self._now(), *packets)
+
+    def _now(self) -> float:
+        """Return the present time (s) for a command: monotonic time, unless the robot is in lockstep."""
+        return self._link.now() if self._lockstep else monotonic()

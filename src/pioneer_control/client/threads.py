@@ -255,7 +255,7 @@ class LinkThreads:
                 self.connection.send()
 
     def now(self) -> float:
-        """Return the present time (s) of the session, for commands: monotonic time, unless it is in lockstep."""
+        """Return the present time (s) of the session, which in lockstep has a time of its own."""
         connection = self.connection
         return monotonic() if connection is None else connection.session.time(monotonic())
 

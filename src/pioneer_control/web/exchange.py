@@ -34,6 +34,7 @@ from collections import deque
 from typing import Any, Deque, Dict, List, Optional, Sequence, Tuple
 
 from ..errors import UsageError
+from .backend import TEACHERS
 from .guard import Farewell
 
 BEAT = 0.1                      # s between two beats of the server
@@ -112,7 +113,7 @@ class Outbox:
         self._socket: Optional[socket.socket] = None
         self._rest = b""                                            # of a message that is under way
         self._known: Dict[Tuple[str, Optional[int], str], bytes] = {}   # the newest text of each kind
-        self._texts: Dict[Tuple[str, Optional[int], str], None] = {}    # those that are not sent yet
+        self._texts: Dict[Tuple[str, Optional[int], str], bytes] = {}   # those that are not sent yet
         self._for_programs: Deque[bytes] = deque(maxlen=MOST_FOR_PROGRAMS)
         self._frames: Dict[int, bytes] = {}
         self._said: Deque[bytes] = deque(maxlen=MOST_WAITING)
@@ -127,8 +128,9 @@ class Outbox:
         """Send the newest text of a kind. See Feed.text()."""
         data = packed_json(TEXT, {"kind": kind, "robot": robot, "value": value, "seat": seat, "to": to})
         with self._lock:
-            self._known[kind, robot, to] = data
-            self._texts[kind, robot, to] = None
+            self._known[kind, robot, to] = self._texts[kind, robot, to] = data
+            if value is None and to not in ("", TEACHERS):
+                del self._known[kind, robot, to]    # visitors come without end: nothing is kept of one who has nothing
             self._flush()
 
     def said(self, level: str, text: str, robot: Optional[int] = None,
@@ -161,7 +163,7 @@ class Outbox:
         """Use this socket, which never blocks, to a new server. It gets ``first``, then all that is known."""
         with self._lock:
             self._socket, self._rest = end, b"".join(first)
-            self._texts = dict.fromkeys(sorted(self._known, key=lambda key: key[0] != "robots"))
+            self._texts = dict(sorted(self._known.items(), key=lambda known: known[0][0] != "robots"))
             self._said.clear()      # for viewers of another server
             self._for_programs.clear()
             self._flush()
@@ -192,7 +194,7 @@ class Outbox:
     def _next(self) -> bytes:
         """Take the next piece out of what waits: all texts, all for programs, then sentences, then all frames."""
         if self._texts:
-            pieces = [self._known[key] for key in self._texts]
+            pieces = list(self._texts.values())
             self._texts.clear()
         elif self._for_programs:
             pieces = list(self._for_programs)

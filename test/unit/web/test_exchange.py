@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as some
 
 from pioneer_control.errors import UsageError
+from pioneer_control.web.backend import TEACHERS
 from pioneer_control.web.exchange import (
     BEAT_MESSAGE, BYTES, CLOSED, FRAME, LENGTH, LONGEST, MOST_FOR_PROGRAMS, MOST_WAITING, OPENED, SAID, TEXT, Outbox,
     Unpacker, bytes_of, packed, packed_bytes, packed_json)
@@ -112,6 +113,26 @@ def test_a_server_that_is_gone_is_no_error_and_the_next_one_gets_all(ends):
         other.setblocking(False)
         outbox.connect(again, [])
         assert [json.loads(data)["kind"] for _, data in read_all(other, outbox)] == ["world", "helm"]
+
+
+def test_what_is_taken_back_from_a_visitor_is_told_and_not_kept(ends):
+    """A class of which students come and go for hours does not grow."""
+    ours, theirs = ends
+    outbox = Outbox()
+    outbox.connect(ours, [])
+    outbox.text("mine", None, to=TEACHERS)
+    for number in range(100):
+        outbox.text("mine", {"robot": 1}, to="visitor%d" % number)
+        outbox.text("mine", None, to="visitor%d" % number)
+        assert json.loads(read_all(theirs, outbox)[-1][1])["value"] is None
+    outbox.text("mine", {"robot": 2}, to="visitor0")
+    assert sorted(outbox._known) == [("mine", None, TEACHERS), ("mine", None, "visitor0")]
+    again, other = socket.socketpair()
+    with again, other:
+        again.setblocking(False)
+        other.setblocking(False)
+        outbox.connect(again, [])
+        assert [json.loads(data)["to"] for _, data in read_all(other, outbox)] == [TEACHERS, "visitor0"]
 
 
 def test_bytes_of_programs_keep_their_order_and_never_grow(ends):
