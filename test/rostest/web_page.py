@@ -12,6 +12,7 @@ import unittest
 
 import rospy
 import rostest
+from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 from std_srvs.srv import SetBool
 
@@ -75,6 +76,11 @@ class PageOfAGraph(unittest.TestCase):
         wait_until("a world", lambda: self.viewer.newest("world"))
         wait_until("origins of both", lambda: set(self.viewer.newest("origins") or {}) == {str(first), str(second)})
         wait_until("both helms", lambda: {each["robot"] for each in self.viewer.of("helm")} == {first, second})
+        goal = PoseStamped()
+        goal.header.frame_id, goal.pose.position.x, goal.pose.position.y = "map", 3.0, 4.0
+        publisher = rospy.Publisher("second/move_base_simple/goal", PoseStamped, queue_size=1, latch=True)
+        publisher.publish(goal)
+        wait_until("a goal", lambda: self.viewer.newest("goals") == {str(second): [3.0, 4.0]})
         frame = self.viewer.frames[first]
         self.assertTrue(frame.flags & 1 and frame.flags & 2 and len(frame.sonar) == 16 and frame.gripper)
 

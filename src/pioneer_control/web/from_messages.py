@@ -21,6 +21,8 @@ LOG_LEVELS = {4: "warn", 8: "error", 16: "error"}
 DECISION_LIVES = 1.5
 """Time (s) after which a decision is shown no more: the program that decides does so about ten times a second."""
 MAP_FREE, MAP_OCCUPIED, MAP_UNKNOWN = 0, 1, 2
+GOAL = "move_base_simple/goal"
+"""The topic on which RViz, and whoever else, tells a robot where to drive."""
 
 
 class Happening(NamedTuple):
@@ -68,6 +70,7 @@ class RobotPicture:
         pose_at: time of the newest pose (s); -infinity before the first.
         odom_frame: the frame of its poses.
         origin: where its odometry began in the map, by its true pose; None where nobody tells that.
+        goal: where it drives to: the frame, and x and y in it (m); None before somebody said so.
         simulated: whether its true pose is told.
         happened: what has happened since somebody emptied this list.
     """
@@ -77,6 +80,7 @@ class RobotPicture:
         self.pose_at = -math.inf
         self.odom_frame = ""
         self.origin: Optional[Pose] = None
+        self.goal: Optional[Tuple[str, float, float]] = None
         self.simulated = False
         self.happened: List[Happening] = []
         self._pose: Pose = (0.0, 0.0, 0.0)
@@ -188,6 +192,12 @@ class RobotPicture:
             cosine, sine = math.cos(turned), math.sin(turned)
             self.origin = place.x - cosine * x + sine * y, place.y - sine * x - cosine * y, turned
 
+    def _take_goal(self, message: Any, now: float) -> None:
+        place = message.pose.position
+        if not (math.isfinite(place.x) and math.isfinite(place.y)):
+            raise ValueError("a goal of %s is not finite: %r, %r" % (self.name, place.x, place.y))
+        self.goal = message.header.frame_id.strip("/"), place.x, place.y
+
     def _take_sonar(self, message: Any, now: float) -> None:
         self._sonar_at = now
         self._sonar = tuple([None if value == NOT_HEARD or not value > 0 else math.inf if value >= NO_ECHO else value
@@ -275,6 +285,7 @@ TOPICS: Dict[str, ShownTopic] = {
     "decision": ShownTopic("Decision", RobotPicture._take_decision),
     "robot_info": ShownTopic("RobotInfo", RobotPicture._take_info),
     "helm": ShownTopic("Helm", RobotPicture._take_helm),
+    GOAL: ShownTopic("PoseStamped", RobotPicture._take_goal),
 }
 """The topics of a robot, by the name in its namespace."""
 
@@ -288,7 +299,7 @@ class WorldPicture:
         self.cans: List[List[float]] = []
         """The text ``cans``."""
         self._name = ""
-        self._told: Dict[str, Any] = {"world": None, "cans": [], "origins": {}}
+        self._told: Dict[str, Any] = {"world": None, "cans": [], "origins": {}, "goals": {}}
         self._origins: Dict[str, Pose] = {}     # by the odometry frame
 
     def take(self, name: str, message: Any, now: float) -> None:
@@ -296,8 +307,10 @@ class WorldPicture:
         SHARED[name].take(self, message, now)
 
     def changes(self, robots: Iterable[RobotPicture]) -> List[Tuple[str, Any]]:
-        """Return the texts (kind and value) that are others than at the last call: world, cans, origins."""
-        texts = {"world": self.world, "cans": self.cans, "origins": self.origins(robots)}
+        """Return the texts (kind and value) that are others than at the last call: world, cans, origins, goals.
+        """
+        robots = list(robots)
+        texts = {"world": self.world, "cans": self.cans, "origins": self.origins(robots), "goals": self.goals(robots)}
         changed = [(kind, value) for kind, value in texts.items() if value != self._told[kind]]
         self._told.update(changed)
         return changed
@@ -307,6 +320,19 @@ class WorldPicture:
         found = {robot.number: self._origins.get(robot.odom_frame, robot.origin) for robot in robots}
         return {str(number): [_short(value) for value in origin]
                 for number, origin in found.items() if origin is not None}
+
+    def goals(self, robots: Iterable[RobotPicture]) -> Dict[str, List[float]]:
+        """Return the text ``goals``. A goal that was given in the frame of a robot's odometry is turned into the map.
+        """
+        found: Dict[str, List[float]] = {}
+        for robot in robots:
+            frame, x, y = robot.goal or ("", 0.0, 0.0)
+            origin = self._origins.get(frame, robot.origin) if frame == robot.odom_frame else None
+            east, north, turned = origin or (0.0, 0.0, 0.0)
+            cosine, sine = math.cos(turned), math.sin(turned)
+            if frame:
+                found[str(robot.number)] = [_short(east + cosine * x - sine * y), _short(north + sine * x + cosine * y)]
+        return found
 
     def _take_map(self, message: Any, now: float) -> None:
         self.world = world_of(message, self._name)

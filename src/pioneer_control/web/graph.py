@@ -12,7 +12,7 @@ from typing import Any, Dict, List, Optional, Set, Tuple
 import rosgraph
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseArray, Twist, Vector3
+from geometry_msgs.msg import PoseArray, PoseStamped, Twist, Vector3
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import BatteryState as Battery
@@ -31,7 +31,7 @@ from .trail import Trail
 
 CLASSES = {each.__name__: each for each in (
     Odometry, SonarArray, MotorState, Bool, Stall, Bumpers, GripperState, Decision, RobotInfo, Helm, OccupancyGrid,
-    String, PoseArray, TFMessage)}
+    String, PoseArray, PoseStamped, TFMessage)}
 """The classes of messages by the last part of their type."""
 OF_TOPIC = {"battery": Battery, "battery_state": BatteryState}
 """The classes of topics whose types differ only in their packages."""
@@ -268,7 +268,7 @@ class Graph:
         rospy.Subscriber("/rosout_agg", Log, self._hear_log, queue_size=50)
 
     def look(self, now: float) -> bool:
-        """Look at the graph, if it is time: take robots that came, and let go of those that went.
+        """Look at the graph, if it is time: take robots that came, let go of those that went, and tell goals.
 
         Returns whether there are other robots now. It waits for the master, but not for long.
         """
@@ -290,6 +290,7 @@ class Graph:
         gone: Set[str] = set(self.robots) - found
         for namespace in gone:
             self.robots.pop(namespace).close()
+        self.tell()
         return bool(gone) or any(not robot.introduced for robot in self.robots.values())
 
     def _share(self, topics: Dict[str, str]) -> None:

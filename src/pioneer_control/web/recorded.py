@@ -3,6 +3,7 @@
 The page gets the whole run at once, and moves in it by itself. docs/page-protocol.md has the form.
 """
 
+import functools
 import json
 import math
 import zlib
@@ -13,7 +14,7 @@ from ..bags.records import BagError
 from .backend import STATUS_EVERY
 from .columns import TimedFrame, columns
 from .frames import WHOLE, FrameFlags
-from .from_messages import SHARED, TOPICS, RobotPicture, WorldPicture, diagnosed, helm_text, namespace_of
+from .from_messages import GOAL, SHARED, TOPICS, RobotPicture, WorldPicture, diagnosed, helm_text, namespace_of
 
 GAP = 0.6
 """Time (s) without a pose after which the picture says that the link is lost."""
@@ -141,6 +142,8 @@ class BagCollector:
             return self._take_log
         if name in SHARED and SHARED[name].type == kind:
             return lambda message, now: self._take_shared(name, message, now)
+        if topic.endswith(GOAL) and kind == TOPICS[GOAL].type:
+            return functools.partial(self._take_goal, topic[:-len(GOAL)].strip("/"))
         is_known = namespace in self.robots or len(self.robots) < MOST_ROBOTS
         if name in TOPICS and TOPICS[name].type == kind and is_known:
             robot = self.robots.setdefault(namespace, RecordedRobot(len(self.robots) + 1, namespace))
@@ -155,6 +158,12 @@ class BagCollector:
     def _take_of(self, robot: RecordedRobot, name: str, message: Any, now: float) -> None:
         robot.take(name, message, now)
         if name == "ground_truth":
+            self._tell_shared(now)
+
+    def _take_goal(self, namespace: str, message: Any, now: float) -> None:
+        robot = self._robot_in(namespace)
+        if robot is not None:
+            robot.take(GOAL, message, now)
             self._tell_shared(now)
 
     def _take_shared(self, name: str, message: Any, now: float) -> None:

@@ -8,7 +8,7 @@ import zlib
 import pytest
 from bag_factory import (MESSAGES, cans, cut, decision, driven, eventful, message_class, odometry, sonar, unclosed,
                          write_bag)
-from geometry_msgs.msg import TransformStamped
+from geometry_msgs.msg import PoseStamped, TransformStamped
 from tf2_msgs.msg import TFMessage
 
 from pioneer_control.bags.records import BagError
@@ -84,6 +84,19 @@ def test_tf_goes_before_the_true_pose(recorded):
     transform.transform.translation.x, transform.transform.rotation.w = 3.0, 1.0
     recording = recorded([*driven(), ("/tf", TFMessage([transform]), 1001.0)])
     assert texts(recording, "origins")[-1][1] == {"1": [3.0, 0.0, 0.0]}
+
+
+def goal(frame, x, y, at):
+    message = PoseStamped()
+    message.header.frame_id, message.pose.position.x, message.pose.position.y = frame, x, y
+    return "/move_base_simple/goal", message, at
+
+
+def test_goals_are_shown_in_the_map(recorded):
+    recording = recorded([*driven(start=(1.0, 2.0, math.pi / 2)), goal("map", 4.0, 5.0, 1001.0),
+                          goal("odom", 1.0, 0.0, 1001.5), goal("map", math.nan, 0.0, 1001.6)])
+    assert texts(recording, "goals") == [(1.0, {"1": [4.0, 5.0]}), (1.5, {"1": [1.0, 3.0]})]
+    assert [robot["robot"] for robot in recording.value["columns"]] == [1], "a goal is no robot"
 
 
 def test_faults_decisions_and_events_are_marks_at_their_time(recorded):
