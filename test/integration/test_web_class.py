@@ -167,7 +167,7 @@ def test_time_faults_and_reset(small, teacher):
 
 
 def test_a_task_from_its_choice_to_its_end(small, teacher):
-    truth = TruthWatch(small)
+    truth = TruthWatch(small.truth)
 
     def task(viewer):
         return viewer.newest("task") or {"state": "", "ranking": []}
