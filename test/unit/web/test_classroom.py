@@ -36,7 +36,8 @@ def test_the_first_free_robot_and_the_same_again():
 
 @pytest.mark.parametrize("name, shown", [
     ("Ada", "Ada 2"), ("ADA", "ADA 2"), (" Ada ", "Ada 2"), ("A\u0301da", "\u00c1da"),
-    ("<b>x</b>", "<b>x</b>"), ("\u674e", "\u674e")])
+    ("<b>x</b>", "<b>x</b>"), ("\u674e", "\u674e"), ("Ada\ufe0f", "Ada 2"), ("A\u034fda", "Ada 2"),
+    ("\uff21da", "\uff21da 2")])
 def test_names_differ(name, shown):
     room = Classroom(range(5))
     room.join(ADA, "Ada")
@@ -65,7 +66,8 @@ class Told:
     """Outbox, programs and simulator of a desk: keeps what it is told."""
 
     def __init__(self):
-        self.texts, self.sentences, self.keys, self.changed, self.orders, self.vacated, self.halted = {}, [], [], [], [], [], []
+        self.texts, self.sentences, self.keys, self.changed = {}, [], [], []
+        self.orders, self.vacated, self.halted = [], [], []
         self.desk = ClassDesk([1, 2], {"address": "http://x/#k", "qr": "", "worlds": ["w"]}, self, self,
                               self.vacated.append, self.halted.append)
         self.desk.simulator = self
