@@ -7,6 +7,9 @@ import pytest
 from pioneer_control.simulator.tasks import __main__ as runner
 from pioneer_control.simulator.tasks import load_tasks
 
+from real_time import until
+from web_site import is_alive
+
 BEGIN = """
 import random
 import sys
@@ -46,11 +49,12 @@ def written(tmp_path):
 def run(capfd):
     """Return a function that runs the runner: exit code, output, errors."""
     def main(*arguments):
-        before = signal.getsignal(signal.SIGTERM)
+        before = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGHUP)}
         try:
             code = runner.main(list(arguments))
         finally:
-            signal.signal(signal.SIGTERM, before)
+            for number, handler in before.items():
+                signal.signal(number, handler)
         out, err = capfd.readouterr()
         return code, out, err
     return main
@@ -104,6 +108,19 @@ def test_a_program_that_waits_for_something_else(written, monkeypatch):
     monkeypatch.setattr(runner, "CONNECTS_WITHIN", 0.2)
     run = runner.attempt(short("square", 5.0), written("import time; time.sleep(60)"), 0)
     assert "has never connected" in run.problem
+
+
+def test_a_program_that_closes_its_connection_and_goes_on(written, monkeypatch):
+    monkeypatch.setattr(runner, "COMES_BACK_WITHIN", 0.2)
+    run = runner.attempt(short("square", 5.0), written(BEGIN + "time.sleep(60)"), 0)
+    assert run == runner.TaskRun(runner.Score(0.0, "has not moved"), "")
+
+
+def test_what_a_program_has_started_ends_with_it(written, tmp_path):
+    note = tmp_path / "pid"
+    text = "import os, time\npid = os.fork()\nif not pid:\n    time.sleep(60)\nopen(%r, 'w').write(str(pid))\n"
+    runner.attempt(short("square", 5.0), written(text % str(note)), 0)
+    until(lambda: not is_alive(int(note.read_text())), "it has ended")
 
 
 def test_a_program_that_answers_late(written, monkeypatch):

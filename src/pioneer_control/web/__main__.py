@@ -136,7 +136,7 @@ def serve_class(options: argparse.Namespace, ending: "Signals", stack: contextli
     owner = Owner(site.listening, site.told, folder=options.folder, say=say)
     code = qr_rows(site.class_address)
     desk = ClassDesk(range(1, count + 1), {"address": site.class_address, "qr": qr_image(code), "worlds": [world]},
-                     owner.outbox, owner.programs, owner.vacate)
+                     owner.outbox, owner.programs, owner.vacate, owner.halt)
     owner.rules = desk
     paced = PacedFeed(desk)
     board = TaskBoard(paced, desk.who, say)

@@ -21,7 +21,7 @@ from .exchange import Outbox
 from .guard import Allowance
 from .orders import FreeOrder, JoinOrder
 from .programs import Programs
-from .simulator_orders import simulator_order
+from .simulator_orders import CARRYING, simulator_order
 
 MOST_JOINS = 3          # of a page in a second: each one is told to teachers
 Entry = Dict[str, Any]
@@ -43,17 +43,18 @@ class ClassDesk:
         told: what the text ``class`` says and what never changes: address, QR code, worlds.
         outbox, programs: those of the owner.
         vacate: called with the number of a robot that a student loses: stops it, and frees its seat.
+        halt: called with the number of a robot (None: all) that is carried: stops what persons and programs drive.
 
     Attributes:
         simulator: takes the teacher's orders; set it before the first one.
     """
 
     def __init__(self, robots: Sequence[int], told: Mapping[str, Any], outbox: Outbox, programs: Programs,
-                 vacate: Callable[[int], None]) -> None:
+                 vacate: Callable[[int], None], halt: Callable[[Optional[int]], None]) -> None:
         self.simulator: Optional[Simulator] = None
         self._classroom = Classroom(robots)
         self._told = dict(told, tasks=[])
-        self._outbox, self._programs, self._vacate = outbox, programs, vacate
+        self._outbox, self._programs, self._vacate, self._halt = outbox, programs, vacate, halt
         self._viewers: Dict[int, Person] = {}
         self._joins: Dict[int, Allowance] = {}      # how often each viewer may still join
         self._time: Entry = {"paused": False, "speed": 1.0}
@@ -131,7 +132,10 @@ class ClassDesk:
         else:
             if self.simulator is None:
                 raise RefusedError("refused: these robots are not simulated")
-            self.simulator.order(*simulator_order(order), functools.partial(self._answer, person.viewer))
+            name, robot, values = simulator_order(order)
+            if isinstance(order, CARRYING):     # nothing moves at the new place because a key is still held
+                self._halt(robot)
+            self.simulator.order(name, robot, values, functools.partial(self._answer, person.viewer))
 
     # What the simulator tells: the Feed of the truth
 

@@ -13,7 +13,7 @@ import unicodedata
 from typing import Dict, List, NamedTuple, Optional, Sequence
 
 from ..errors import RefusedError
-from .orders import LONGEST_NAME
+from .orders import LONGEST_NAME, visible
 
 
 class Student(NamedTuple):
@@ -77,11 +77,17 @@ class Classroom:
         return self._students.pop(student.visitor)
 
     def _unique(self, visitor: str, name: str) -> str:
-        plain = " ".join(unicodedata.normalize("NFC", name).split())[:LONGEST_NAME]
-        others = {student.name.casefold() for student in self._students.values() if student.visitor != visitor}
+        shown = visible(unicodedata.normalize("NFC", name))
+        plain = shown[:LONGEST_NAME]
+        others = {_look(student.name) for student in self._students.values() if student.visitor != visitor}
         for number in itertools.count(2):
-            if plain.casefold() not in others:
+            if _look(plain) not in others:
                 break
             end = " %d" % number
-            plain = "%s%s" % (" ".join(name.split())[:LONGEST_NAME - len(end)].rstrip(), end)
+            plain = "%s%s" % (shown[:LONGEST_NAME - len(end)].rstrip(), end)
         return plain
+
+
+def _look(name: str) -> str:
+    """Return what names have in common that look nearly the same: letters of any case and any width."""
+    return unicodedata.normalize("NFKC", unicodedata.normalize("NFKC", name).casefold())

@@ -8,6 +8,7 @@ MotorsOrder(robot=7, on=True)
 
 import json
 import math
+import re
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, NoReturn, Optional, Tuple, Union
 
 from ..errors import UsageError
@@ -22,6 +23,9 @@ SPEEDS = 0.2, 4.0
 """The slowest and the fastest time of a class. Slower, links to robots are taken for lost."""
 ALL = "all"
 GRIPPER_COMMANDS = ("open", "close", "up", "down", "stop", "deploy", "store")
+INVISIBLE = re.compile(
+    "[\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180d\u2800\u3164\ufe00-\ufe0f\uffa0\U000e0100-\U000e01ef]")
+"""Characters that count as printable, and show nothing."""
 SHOWN = 60                  # characters of a wrong value that an error shows
 
 RobotOrAll = Union[int, str]
@@ -186,6 +190,11 @@ class Check(NamedTuple):
     is_legal: Callable[[Any], bool]
 
 
+def visible(text: str) -> str:
+    """Return a text without characters that show nothing, and with single spaces between words."""
+    return " ".join(INVISIBLE.sub("", text).split())
+
+
 def _whole(low: int, high: int, what: str) -> Check:
     # type(), because True is an int too.
     return Check(what, lambda value: type(value) is int and low <= value <= high)
@@ -197,7 +206,7 @@ def _number(low: float, high: float, what: str) -> Check:
 
 def _text(longest: int, what: str) -> Check:
     return Check(what, lambda value: type(value) is str and 1 <= len(value) <= longest and value.isprintable() and
-                 value.strip() != "")
+                 visible(value) != "")
 
 
 ROBOT = _whole(0, 65535, "the number of a robot, 0 to 65535")

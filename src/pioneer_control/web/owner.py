@@ -338,8 +338,7 @@ class Owner:
         silent = now - server.heard
         if silent > SILENCE and not self._is_lost:
             self._is_lost = True
-            self._seats.lost(now)
-            self.programs.halt()
+            self.halt()
         if silent > PROGRAMS_LOST:
             self.programs.lost(SERVER_SILENT)
         if silent > (HUNG if server.speaks else STARTING):
@@ -419,6 +418,13 @@ class Owner:
     def vacate(self, robot: int) -> None:
         """Stop a robot, and free its seat: the person who had it may drive it no more."""
         self._seats.vacate(robot, monotonic())
+
+    def halt(self, robot: Optional[int] = None) -> None:
+        """Stop what persons and programs drive, of a robot or of all (None). It moves again when they command anew: a
+        person must let go first.
+        """
+        self._seats.lost(monotonic(), robot)
+        self.programs.halt(robot)
 
     # Other threads
 

@@ -189,10 +189,12 @@ class Programs:
         if number in self._robots:
             self._end(self._shared[self._robots[number]], None)
 
-    def halt(self) -> None:
-        """Stop what programs drive: the server is silent. They may command anew."""
-        for shared in self._shared.values():
-            if shared.program is not None:
+    def halt(self, robot: Optional[int] = None) -> None:
+        """Stop what programs drive, of a robot or of all (None): the server is silent, or the robots are carried. They
+        may command anew.
+        """
+        for number, shared in self._shared.items():
+            if shared.program is not None and robot in (None, number):
                 shared.program.line.halt()
 
     def lost(self, reason: str) -> None:

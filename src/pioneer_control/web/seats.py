@@ -131,10 +131,12 @@ class Seats:
                 seat.moved_until = now
                 seat.controls.stop()
 
-    def lost(self, now: float) -> None:
-        """Stop all robots that persons drive: nobody hears the viewers any more."""
-        for seat in self._seats.values():
-            if now < seat.moved_until:
+    def lost(self, now: float, robot: Optional[int] = None) -> None:
+        """Stop a robot, or all robots (None), as far as persons drive them: nobody hears the viewers any more, or the
+        robots are carried. Who drove must let go first.
+        """
+        for number, seat in self._seats.items():
+            if now < seat.moved_until and robot in (None, number):
                 seat.moved_until = now
                 seat.controls.stop()
 

@@ -33,3 +33,5 @@ WORDS: Mapping[type, Callable[[Any], Words]] = {
     EndTaskOrder: lambda order: ("end_task", None, {}),
 }
 """For each type of order, what says it in the simulator's words."""
+CARRYING = (ResetOrder, TaskOrder, StartTaskOrder)
+"""The orders that carry robots to other places."""

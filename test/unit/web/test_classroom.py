@@ -36,7 +36,8 @@ def test_the_first_free_robot_and_the_same_again():
 
 @pytest.mark.parametrize("name, shown", [
     ("Ada", "Ada 2"), ("ADA", "ADA 2"), (" Ada ", "Ada 2"), ("A\u0301da", "\u00c1da"),
-    ("<b>x</b>", "<b>x</b>"), ("\u674e", "\u674e")])
+    ("<b>x</b>", "<b>x</b>"), ("\u674e", "\u674e"), ("Ada\ufe0f", "Ada 2"), ("A\u034fda", "Ada 2"),
+    ("\uff21da", "\uff21da 2")])
 def test_names_differ(name, shown):
     room = Classroom(range(5))
     room.join(ADA, "Ada")
@@ -65,9 +66,10 @@ class Told:
     """Outbox, programs and simulator of a desk: keeps what it is told."""
 
     def __init__(self):
-        self.texts, self.sentences, self.keys, self.changed, self.orders, self.vacated = {}, [], [], [], [], []
+        self.texts, self.sentences, self.keys, self.changed = {}, [], [], []
+        self.orders, self.vacated, self.halted = [], [], []
         self.desk = ClassDesk([1, 2], {"address": "http://x/#k", "qr": "", "worlds": ["w"]}, self, self,
-                              self.vacated.append)
+                              self.vacated.append, self.halted.append)
         self.desk.simulator = self
 
     def text(self, kind, value, robot=None, seat="", to=""):
@@ -153,6 +155,16 @@ def test_orders_for_the_simulator(told):
         ("clear_faults", None, {}), ("task", None, {"name": "square"}), ("begin_task", None, {}),
         ("end_task", None, {})]
     assert told.sentences[0] == ("info", "answer", [9]) and told.sentences[2][0] == "error"
+
+
+def test_what_drives_a_robot_ends_before_it_is_carried(told):
+    told.order = lambda name, robot, values, answer: told.halted.append(name)
+    for order in (ResetOrder(2), ResetOrder("all"), TaskOrder("square"), StartTaskOrder(), EndTaskOrder()):
+        told.desk.obey(TEACHER, order, 5.0)
+    assert told.halted == [2, "reset", None, "reset", None, "task", None, "begin_task", "end_task"]
+    with pytest.raises(PioneerError):
+        told.desk.obey(student(1, ADA), ResetOrder(2), 5.0)
+    assert len(told.halted) == 9
 
 
 def test_while_time_stands_nobody_hears_of_lost_links(told):

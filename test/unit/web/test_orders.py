@@ -63,7 +63,8 @@ WRONG_FIELDS = {
     "limit": [("linear", value) for value in (0, -0.1, 101, True, "0.2", None)],
     "take": [("robot", "all"), ("robot", -1)],
     "release": [("robot", "all"), ("robot", -1)],
-    "name": [("name", value) for value in ("", " ", "x" * 25, "a\nb", "a\u202eb", 1, None, ["Ada"], "\0")],
+    "name": [("name", value) for value in (
+        "", " ", "x" * 25, "a\nb", "a\u202eb", "\u3164 \ufe0f", 1, None, ["Ada"], "\0")],
     "say": [("text", value) for value in ("", "x" * 501, "a\tb", 1)],
     "join": [("name", value) for value in ("", " ", "x" * 25, "a\nb", 1, None, "\u202e")],
     "free": [("robot", value) for value in ("all", -1, True)],

@@ -46,6 +46,7 @@ class FakeLine:
 
     def __init__(self, who, say):
         self.who, self.say = who, say
+        self.halted = False
         self.heard, self.frames, self.ended, self.ticks = b"", [], 0, []
         self._out = b""
 
@@ -159,6 +160,8 @@ def test_a_program_that_is_gone_ends_its_line_and_only_its_own(school):
 def test_a_silent_server_stops_all_and_then_ends_all(school):
     school.join(1, 7)
     school.join(2, 8)
+    school.programs.halt(7)
+    assert [line.halted for line in school.lines] == [True, False]
     school.programs.halt()
     assert all(line.halted and not line.ended for line in school.lines) and school.pipe.closed == {}
     school.programs.lost("silent")

@@ -271,6 +271,14 @@ def test_a_lost_server_stops_what_persons_drive_and_nothing_else(room):
     assert room.one.told[1:] == ["stop"] and room.two.told == []
 
 
+def test_who_drives_a_robot_that_is_carried_must_let_go(room):
+    room.drives(ADA)
+    room.seats.lost(room.now, 2)
+    assert len(room.one.told) == 1
+    room.seats.lost(room.now, 1)
+    assert room.one.told[1:] == ["stop"] and "let go" in room.drives(ADA)[0]
+
+
 @pytest.mark.parametrize("order", [
     UnlockOrder(1), MotorsOrder(1, True), GripperOrder(1, "open"), LimitOrder(1, 0.5), TakeOrder(1), ReleaseOrder(1)])
 def test_other_orders_count_with_the_picture_too(room, order):

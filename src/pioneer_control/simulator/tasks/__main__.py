@@ -34,6 +34,8 @@ CONNECTS_WITHIN = 30.0
 """Real time (s) within which the program must connect to the robot."""
 ENDS_WITHIN = 1.0
 """Real time (s) for which the program may go on when the task is over. Then it is ended."""
+COMES_BACK_WITHIN = 10.0
+"""Real time (s) for which a program that has closed its connection may go on: no simulated time passes meanwhile."""
 ANSWERS_WITHIN = 10.0
 """Real time (s) for which simulated time waits for the program."""
 LOOK = 0.02
@@ -56,7 +58,8 @@ def main(arguments: Optional[List[str]] = None) -> int:
         130 after Ctrl-C.
     """
     options = parser().parse_args(arguments)
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+    for number in (signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)):
+        signal.signal(number, lambda number, _: sys.exit(128 + number))
     try:
         tasks = load_tasks()
         if options.list:
@@ -140,19 +143,22 @@ def attempt(task: Task, program: str, seed: int, real_time: bool = False) -> Tas
 
 def watched(child: "subprocess.Popen[bytes]", server: Server, referee: Referee) -> str:
     """Wait until the program has ended, or is to be ended. Return what went wrong; an empty text if nothing did."""
-    begin, over_at = time.monotonic(), math.inf
+    begin = talked = time.monotonic()
+    over_at = math.inf
     while True:
         ended = waited(child)
         now = time.monotonic()
         with server.lock:
             over = referee.contest.state == OVER
-            connected = server.firmware.closed_sessions or server.firmware.session is not FirmwareState.WAITING
+            talks = server.firmware.session is not FirmwareState.WAITING
+            connected = server.firmware.closed_sessions or talks
         over_at = min(now, over_at) if over else math.inf
         if ended and not over and child.returncode:
             return "the program has ended with an error, code %d: see above" % child.returncode
         if not connected and (ended or now > begin + CONNECTS_WITHIN):
             return "the program has never connected to the robot, whose URL is its first argument: sys.argv[1]"
-        if ended or now > over_at + ENDS_WITHIN:
+        talked = now if talks else talked
+        if ended or now > over_at + ENDS_WITHIN or connected and now > talked + COMES_BACK_WITHIN:
             return ""
 
 
@@ -167,13 +173,19 @@ def waited(child: "subprocess.Popen[bytes]") -> bool:
 
 @contextlib.contextmanager
 def program_at(program: str, url: str) -> Iterator["subprocess.Popen[bytes]"]:
-    """Run a program with a URL as its argument. What it prints is printed. It is ended at the end of the context."""
+    """Run a program with a URL as its argument. What it prints is printed. At the end of the context it is ended, with
+    all processes that it has started.
+    """
     path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
     child = subprocess.Popen([sys.executable, program, url], stdin=subprocess.DEVNULL,
+                             start_new_session=True,
                              env=dict(os.environ, PYTHONPATH=path, PYTHONUNBUFFERED="1"))
     try:
         yield child
     finally:
+        if hasattr(os, "killpg"):
+            with contextlib.suppress(ProcessLookupError):       # all have ended
+                os.killpg(child.pid, signal.SIGKILL)
         child.kill()
         child.wait()
 
