@@ -10,7 +10,7 @@ import {Live} from "./source.js";
 import {TimeLine} from "./timeline.js";
 import {Camera, listenView} from "./view.js";
 
-const OLD = 500, READ = 400, SAID = 6000;		// ms: older pictures are called old; so long stay a number, to be read, and a message
+const OLD = 500, READ = 400, SAID = 6000;		// ms: older pictures are called old; so long stay a number and a message
 
 const model = new Model(), camera = new Camera(), picture = new MapPicture($("floor"), $("moving"), camera);
 const hand = new Hand(), deadman = new Deadman(message => live.send(message)), stopsToSend = new Set();
