@@ -16,7 +16,7 @@ def student(page, joins=True):
 
 def test_a_student_says_a_name_and_gets_a_robot_with_its_key(page):
     student(page)
-    page.shows("notice", "Type your name")
+    page.shows("my-label", "Type your name")
     assert page.js("return document.activeElement.id") == "my-name"
     page.js("const f = document.getElementById('my-name'); f.value = 'Ada_L'; f.form.requestSubmit()")
     until(lambda: page.server.of("join"), "it joins")
@@ -47,7 +47,7 @@ def test_a_student_drives_no_other_robot_and_none_after_it_was_taken_away(page):
     page.shows("number", "2")
     page.server.say("mine", {"robot": None, "name": ""})
     page.server.say("join", True)
-    page.shows("notice", "Type your name")
+    page.shows("my-label", "Type your name")
     page.js("document.activeElement.blur()")
     page.down("KeyW")
     page.settle()
@@ -63,8 +63,16 @@ def test_the_teacher_sees_who_is_who_and_the_address_and_pauses(page):
                               "students": [[1, "Ada <b>", "here"], [2, "Bob", "away"]], "worlds": ["classroom"],
                               "tasks": []})
     until(lambda: page.js("return !document.getElementById('class').hidden"), "the class is shown")
-    page.js("document.getElementById('class').open = true")
+    page.click("code-open")
     page.shows("class-address", "http://here:8080/#KEY")
+    wide, high = page.box("code")[2:]
+    assert (wide, high) == (1280, 800), "for a projector"
+    page.down("KeyW")
+    assert page.driven() == [], "nobody sees the robot"
+    page.up("KeyW")
+    until(lambda: page.box("class-code")[3] > 400, "the code is large")
+    page.js("document.querySelector('#code button').click()")
+    page.js("document.getElementById('class').open = true")
     page.shows("students", "1 Ada <b>\n2 Bob, away")
     until(lambda: page.js("const c = document.getElementById('class-code'); return c.complete && c.naturalWidth"), "QR")
     page.click("pause")
@@ -84,6 +92,27 @@ def teacher(page, **changes):
                                    "tasks": [["square", "Drive a square"], ["goal", "Reach the goal"]]}, **changes))
     page.js("document.getElementById('class').open = true")
     page.shows("students", "2 Bob")
+
+
+def test_on_a_phone_a_student_sees_what_is_typed_and_then_that_the_robot_is_theirs(page):
+    page.resize(390, 844, mobile=True)
+    student(page)
+    page.shows("my-send", "Join")
+    for element, least in (("my-name", 250), ("my-label", 100), ("my-send", 40)):
+        left, top, width, height = page.box(element)
+        assert width >= least and left >= 0 and left + width <= 390 and top >= 0 and top + height <= 844, element
+    page.server.say("mine", {"robot": 2, "name": "Ada"})
+    page.server.say("join", False)
+    page.shows("name", "Robot 2 is yours")
+
+
+def test_on_a_phone_the_teachers_map_keeps_its_room_while_class_is_open(page):
+    page.resize(390, 844, mobile=True)
+    teacher(page)
+    page.settle()
+    assert page.box("moving")[3] > 200
+    assert page.js("return document.scrollingElement.scrollHeight <= innerHeight")
+    assert page.driver.get_log("browser") == []
 
 
 def choose(page, select, value):

@@ -104,7 +104,7 @@ def test_stop_ends_driving_until_unlocked_and_pressed_anew(page, server):
     known = len(server.drives())
     assert server.drives()[-1] == (1, 0, 0)
     server.say("helm", helm(1, locks=["stop"]))
-    page.shows("driver-text", "Locked: stop")
+    page.shows("driver-text", "Stopped until somebody unlocks")
     assert page.driven(known) == []
     page.click("unlock")
     until(lambda: server.of("unlock") == [{"do": "unlock", "robot": 1}])
@@ -328,3 +328,27 @@ def test_a_pupil_has_no_such_buttons(page, server):
     assert page.text("stop-all") is None
     page.js("const f = document.getElementById('my-name'); f.value = 'Ada_L'; f.form.requestSubmit()")
     until(lambda: server.of("name") == [{"do": "name", "name": "Ada L"}])
+
+
+@pytest.mark.parametrize("screen", [(1280, 800, False), (390, 844, True)])
+def test_who_looks_at_motors_that_are_off_sees_the_button_that_switches_them_on(page, server, screen):
+    page.resize(*screen)
+    page.open()
+    server.states[1]["flags"] = 0x81
+    page.shows("driver-note", "Switch motors on to drive")
+    button, dock = page.box("motors-switch"), page.box("dock")
+    assert button[1] + button[3] <= dock[1], "above the dock, without scrolling"
+    page.click("motors-switch")
+    until(lambda: server.of("motors") == [{"do": "motors", "robot": 1, "on": True}])
+    server.states[1]["flags"] = 0x83
+    until(lambda: page.text("driver-note") is None)
+
+
+def test_a_run_that_ended_is_told_and_its_controls_look_dead(page, server):
+    page.open()
+    opacity = "return getComputedStyle(document.getElementById('panel')).opacity"
+    assert page.js(opacity) == "1"
+    page.js("window.WebSocket = function() { setTimeout(() => this.onclose({})); }")
+    server.hang_up()
+    page.shows("notice", "the run has ended")
+    assert page.js(opacity) == "0.5"

@@ -70,7 +70,7 @@ def test_an_old_picture_is_called_old(page, server):
     page.open()
     assert page.text("old") is None
     server.silent = True
-    until(lambda: re.match(r"OLD PICTURE: \d+\.\d s", page.text("old") or ""), "older than a second")
+    until(lambda: re.match(r"OLD PICTURE: [1-9]\d*\.\d+ s", page.text("old") or ""), "older than a second")
     assert "s old" in page.text("age-text")
     server.silent = False
     until(lambda: page.text("old") is None)
@@ -294,6 +294,7 @@ def test_every_text_stands_out_from_its_ground(page, server, theme):
     all_states(page, server)
     page.cdp("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": theme}])
     page.js("document.getElementById('help').showModal()")
+    until(lambda: page.js("return document.documentElement.classList.contains('dark')") == (theme == "dark"))
     seen, found = page.js(CONTRASTS)
     assert seen > 80 and found == []
 
@@ -318,7 +319,7 @@ LAYOUT = """
     };
     const name = element => element.id || element.className || element.textContent;
     const all = [...document.querySelectorAll(`button, input, select, #stick, h1, #mode, #age, #helm p, #decision p, dd,
-            #old, #said`)]
+            #old p, #said`)]
         .filter(e => e.checkVisibility()).map(seen).filter(b => b.right - b.left > 1 && b.bottom - b.top > 1);
     for (const [i, a] of all.entries()) for (const b of all.slice(i + 1))
         if (Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1 && Math.min(a.bottom,
@@ -359,6 +360,33 @@ def test_nothing_lies_over_anything_else(page, server, screen, teacher):
     assert page.js(LAYOUT) == []
 
 
+BREAK = """
+    const real = CanvasRenderingContext2D.prototype.arc;
+    CanvasRenderingContext2D.prototype.arc = () => { throw new Error("broken"); };
+    window.mend = () => CanvasRenderingContext2D.prototype.arc = real"""
+
+
+def test_a_picture_that_cannot_be_drawn_is_told_and_ends_neither_driving_for_ever_nor_what_the_server_sends(page):
+    page.open()
+    page.drive()
+    page.js(BREAK)
+    page.shows("old", "NO PICTURE")
+    until(lambda: page.server.drives()[-1] == (1, 0, 0), "nobody drives by what is not drawn")
+    page.settle()
+    page.js("window.mend()")
+    until(lambda: page.text("old") is None, "it draws again")
+    known = len(page.server.drives())
+    assert page.driven(known) == [], "the key must be pressed anew"
+
+
+def test_a_map_without_room_is_drawn_all_the_same(page):
+    page.open()
+    page.resize(1280, 90)
+    page.settle()
+    assert page.driver.get_log("browser") == []
+    page.resize(1280, 800)
+
+
 def test_what_lies_over_another_is_seen(page, server):
     page.open()
     assert page.js(LAYOUT) == []
@@ -386,23 +414,27 @@ def test_who_looks_chooses_light_or_dark_and_it_is_kept(page, server):
     ground = "return getComputedStyle(document.body).backgroundColor"
     page.cdp("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "light"}])
     page.open()
-    wall = "return m.colours(document.getElementById('curve')).wall"
-    light = page.js(ground), page.module("map.js", wall)
+    light = page.js(ground), colour(page, "wall")
     page.js("const s = document.getElementById('theme'); s.value = 'dark'; s.onchange()")
-    dark = page.js(ground), page.module("map.js", wall)
+    dark = page.js(ground), colour(page, "wall")
     assert light[0] == "rgb(236, 239, 241)" and dark[0] == "rgb(15, 20, 24)" and light[1] != dark[1]
     page.driver.refresh()
     until(lambda: page.js(ground) == dark[0], "it is kept")
     assert page.js("return document.getElementById('theme').value") == "dark"
-    page.js("const s = document.getElementById('theme'); s.value = 'light dark'; s.onchange()")
+    page.js("const s = document.getElementById('theme'); s.value = 'auto'; s.onchange()")
     assert page.js(ground) == light[0], "as the system says"
 
 
 def test_a_map_of_cells_is_drawn(page, server):
     page.open(world={"name": "grid", "bounds": [0, 0, 2, 1], "grid": {
         "resolution": 1.0, "origin": [0, 0, 0], "width": 2, "height": 1, "cells": "AQI="}})
-    wall = page.module("map.js", "return m.colours(document.getElementById('curve')).wall")
-    assert colours_of(page)[wall[4:-1].replace(" ", "")] > 10000
+    assert colours_of(page)[colour(page, "wall")] > 10000
+
+
+def colour(page, name):
+    """Return the red, green and blue of a colour of the style sheet, as in `colours_of`."""
+    text = page.module("map.js", "return m.colours()[a[0]]", name)
+    return ",".join(str(int(text[i:i + 2], 16)) for i in (1, 3, 5))
 
 
 def colours_of(page):
@@ -418,7 +450,7 @@ def colours_of(page):
 def test_marked_places_are_drawn(page, server):
     page.open(world=dict(WORLD, places=[{"name": "goal", "centre": [5, 1], "size": [2, 1.5]},
                                         {"name": "dock", "centre": [1, 1], "diameter": 1}]))
-    border = page.module("map.js", "return m.colours(document.getElementById('curve')).goal")[4:-1].replace(" ", "")
+    border = colour(page, "goal")
     assert colours_of(page).get(border, 0) > 300
     server.say("world", WORLD)
     until(lambda: border not in colours_of(page), "no place, no border")

@@ -37,7 +37,6 @@ export function listenHand(hand, on) {
 		on.gone();
 	}
 
-	// For each picture: gamepads tell nothing by themselves.
 	function poll() {
 		const pads = readPads(navigator.getGamepads?.() || []), {size} = hand.held;
 		if (pads.stop && !padStop) on.stop();
@@ -50,7 +49,7 @@ export function listenHand(hand, on) {
 	addEventListener("keydown", event => {
 		const {code, key, repeat, target} = event;
 		if (isSpace(event)) return repeat || on.stop();
-		if (event.ctrlKey || event.altKey || event.metaKey || writes(target) || $("help").open) return;
+		if (event.ctrlKey || event.altKey || event.metaKey || writes(target) || document.querySelector("dialog[open]")) return;
 		if (target !== $("line") && hand.press(code, repeat, performance.now())) event.preventDefault();
 		else on.key(key);
 	}, true);

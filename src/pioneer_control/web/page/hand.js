@@ -9,7 +9,6 @@ const EVERY = 50;		// ms between two messages
 export class Hand {
 	held = new Map(); lost = new Map(); blocked = false;
 
-	// Tells whether it is a key to drive with.
 	press(code, repeat, now) {
 		// Held since the window lost the focus: some systems call its repeats new presses.
 		if (this.lost.has(code) && (repeat || now <= this.lost.get(code))) this.lost.set(code, now + REPEAT);
@@ -31,7 +30,6 @@ export class Hand {
 		this.blocked &&= this.held.size > 0;
 	}
 
-	// Nothing counts until all is let go.
 	drop() {
 		this.blocked = this.held.size > 0;
 	}
@@ -49,7 +47,6 @@ export class Hand {
 		for (const code of this.lost.keys()) this.lost.set(code, now + REPEAT);
 	}
 
-	// [forward, turn], or null: the hand is off.
 	wants() {
 		if (this.blocked || !this.held.size) return null;
 		return [0, 1].map(axis => Math.max(-1, Math.min(1, [...this.held.values()].reduce((sum, each) => sum + each[axis], 0))));

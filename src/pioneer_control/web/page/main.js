@@ -10,20 +10,19 @@ import {Live} from "./source.js";
 import {TimeLine} from "./timeline.js";
 import {Camera, listenView} from "./view.js";
 
-const OLD = 500, READ = 400, SAID = 6000;		// ms: older pictures are called old; so long stay a number, to be read, and a message
+const OLD = 500, READ = 400, SAID = 6000;		// ms: older pictures are called old; so long stay a number and a message
 
 const model = new Model(), camera = new Camera(), picture = new MapPicture($("floor"), $("moving"), camera);
 const hand = new Hand(), deadman = new Deadman(message => live.send(message)), stopsToSend = new Set();
 const controls = listenHand(hand, {stop: () => timeline ? timeline.toggle() : stop(), gone: () => deadman.letGo(), key: pressed});
 const mine = {};		// in a class: this student's robot
-let live = null, recording = null, timeline = null, chosen = null, unpacking = null, dirty = true, turnedAt = 0, saidAt = 0, ageAt = 0;
+let live = null, recording = null, timeline = null, chosen = null, unpacking = null, dirty = true, drawn = true, turnedAt = 0, saidAt = 0, ageAt = 0;
 
 function say(text) {
 	put("said", text);
 	saidAt = performance.now();
 }
 
-// An order for the chosen robot, or for "all" or "none".
 function act(order, more, robot) {
 	if (!live.send({do: order, ...more, robot: robot === "none" ? undefined : robot || chosen?.number})) say("No connection: nothing was sent.");
 }
@@ -43,7 +42,6 @@ function choose(number) {
 	dirty = true;
 }
 
-// Something came: keep the chosen robot, if it is still there.
 function changed() {
 	if (!model.list.includes(chosen)) choose(model.list.find(robot => robot.info.yours)?.number);
 	dirty = true;
@@ -56,7 +54,7 @@ const TEXTS = {
 function text(kind, value) {
 	model.take(kind, value);
 	TEXTS[kind]?.(value);
-	if ("name" in mine && $("teacher").hidden) for (const robot of model.list) robot.info.yours = robot.number === mine.robot;
+	if ("name" in mine && $("teacher").hidden) for (const robot of model.list) robot.own = robot.info.yours = robot.number === mine.robot;
 	if (kind === "mine" && mine.robot) choose(mine.robot);
 	changed();
 	showTask(model.task, mine.robot);
@@ -72,12 +70,14 @@ function greet({title, you = "", teacher}) {
 function join(wanted) {
 	mine.joins = wanted;
 	document.body.classList.toggle("joins", wanted);
-	put("notice", wanted && "Type your name to get a robot.");
+	put("my-label", wanted ? "Type your name to get a robot." : "Your name");
+	put("my-send", wanted ? "Join" : "Set");
 	if (wanted) $("my-name").focus();
 }
 
 function showClass({address, qr, students, paused, speed, tasks}) {
 	show("class", true);
+	show("code-open", true);
 	$("tasks").replaceChildren(new Option("no task", ""), ...tasks.map(([name, title]) => new Option(title, name)));
 	Object.assign($("class-code"), {src: qr, hidden: !qr});
 	put("class-address", address);
@@ -93,13 +93,13 @@ function frames(list) {
 
 function state(name, reason) {
 	put("mode", name);
-	put("notice", reason);
+	if (name !== "connecting") put("notice", reason || name !== "live" && "No connection: the run has ended, or the network is broken.");
+	document.body.classList.toggle("dead", name !== "live");
 	if (name !== "live") return controls.drop();
 	for (const robot of stopsToSend) stop(robot);
 	stopsToSend.clear();
 }
 
-// A recording: texts (3), then the columns of each robot (2).
 async function recorded(data) {
 	await unpacking;
 	const bytes = new Uint8Array(data);
@@ -123,7 +123,6 @@ function unpack(robot, packed) {
 	recording.unpack(robot, packed).then(dress);
 }
 
-// The size, the colours, or what is unpacked changed.
 function dress() {
 	picture.dress();
 	timeline?.seek(recording.at);
@@ -137,16 +136,17 @@ const ACTIONS = {
 	follow: () => Object.assign(camera, {follows: !camera.follows, fitted: false}),
 	"mark-previous": () => timeline.jump(-1), "mark-next": () => timeline.jump(1), play: () => timeline.toggle(),
 	pause: () => act("pause", {on: $("pause").textContent === "Pause"}, "none"),
-	"help-open": () => {
-		controls.drop();
-		$("help").showModal();
-	},
+	"help-open": () => open("help"), "code-open": () => open("code"),
 };
 
-// A key does what the button does that names it, if that can be seen.
+function open(dialog) {
+	controls.drop();
+	$(dialog).showModal();
+}
+
 function pressed(key) {
 	const {list} = model, name = key.toUpperCase(), way = {N: 1, P: -1}[name], button = document.querySelector(`[aria-keyshortcuts~="${CSS.escape(name)}"]`);
-	if (button?.checkVisibility()) button.click();
+	if (button?.offsetParent) button.click();
 	if (way) choose(list.at((list.indexOf(chosen) + way) % list.length)?.number);
 }
 
@@ -165,13 +165,12 @@ function listenForm(field, send) {
 	};
 }
 
-// A finger on STOP counts when it comes down, not again as a click. A click of the keyboard has no detail.
+// A finger on STOP counts when it comes down. A click of the keyboard has no detail.
 function listenStop(button, robot) {
 	button.onpointerdown = () => stop(robot);
 	button.onclick = event => event.detail || stop(robot);
 }
 
-// A button with a name is an order, its value the robot.
 document.onclick = ({target: {id, name, value}}) => {
 	ACTIONS[id]?.();
 	if (name) act(name, {}, value);
@@ -196,22 +195,30 @@ function turn() {
 	const now = performance.now(), want = hand.wants(), frame = chosen?.frame;
 	timeline?.advance((now - turnedAt) / 1000);
 	turnedAt = now;
-	if (dirty || want) {
-		if (camera.fitted && model.world) camera.fit(model.world.bounds);
-		if (frame && (camera.follows || camera.fitted && !model.world)) [camera.x, camera.y] = model.pose(chosen);
-		$("follow").ariaPressed = camera.follows;
-		picture.draw(model, chosen);
-		timeline?.draw();
-		showAll(model, chosen, !recording);
-		dirty = false;
+	try {		// the server waits until it is told
+		if (dirty || want) drawAll(frame);
+		drawn = true;
+	} catch (error) {
+		drawn = false;
+		console.error(error);
 	}
 	if (live && !recording) {		// right after the drawing: what was drawn, and where the hand wants to go by this picture
 		live.drawn(now);
-		if (want && !(frame && live.open && chosen.info.yours !== false && !chosen.locked && !$("help").open)) controls.drop();
+		if (want && !(frame && drawn && live.open && chosen.info.yours !== false && !chosen.locked && !document.querySelector("dialog[open]"))) controls.drop();
 		else if (frame) deadman.drawn(want, chosen.number, frame.stamp, chosen.sent, now);
 	}
-	showAge(now, frame);
+	showAge(now, drawn && frame);
 	if (now - saidAt > SAID) put("said");
+}
+
+function drawAll(frame) {
+	dirty = !drawn;		// until one is drawn
+	if (camera.fitted && model.world) camera.fit(model.world.bounds);
+	if (frame && (camera.follows || camera.fitted && !model.world)) [camera.x, camera.y] = model.pose(chosen);
+	$("follow").setAttribute("aria-pressed", camera.follows);
+	picture.draw(model, chosen);
+	timeline?.draw();
+	showAll(model, chosen, !recording);
 }
 
 function showAge(now, frame) {
@@ -225,7 +232,6 @@ function showAge(now, frame) {
 	ageAt = now;
 }
 
-// What the browser keeps, if it does not forbid that.
 function storage(name) {
 	try {
 		return window[name];
@@ -242,10 +248,11 @@ function firstWords() {
 	return {key: session.key, visitor: kept.visitor};
 }
 
-const kept = storage("localStorage"), theme = $("theme");
-theme.value = kept.theme || "light dark";
-theme.onchange = () => {
-	document.documentElement.style.colorScheme = kept.theme = theme.value;
+const kept = storage("localStorage"), theme = $("theme"), system = matchMedia("(prefers-color-scheme: dark)");
+theme.value = kept.theme || "auto";
+theme.onchange = system.onchange = () => {
+	kept.theme = theme.value;
+	document.documentElement.classList.toggle("dark", theme.value === "dark" || theme.value !== "light" && system.matches);
 	dress();
 };
 theme.onchange();
@@ -253,5 +260,4 @@ if ($("recording")) record(JSON.parse($("recording").textContent));
 else live = new Live("/page", firstWords(), {text, frames, state, recorded});
 onhashchange = () => live && location.hash && location.reload();
 new ResizeObserver(dress).observe($("moving"));
-matchMedia("(prefers-color-scheme: dark)").onchange = dress;
 turn();

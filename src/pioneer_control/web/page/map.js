@@ -8,12 +8,9 @@ import {roundLength} from "./view.js";
 const NEAR = 0.5;	// m: an echo nearer than this is red, with a thick arc
 const LEAST = 10;	// pixels: no robot is drawn with a smaller radius
 
-// The colours of the style sheet: only an element that has one tells whether it is the light or the dark one.
-export function colours(canvas) {
-	return new Proxy({}, {get(known, name) {
-		if (!known[name]) canvas.style.color = `var(--${name})`;
-		return known[name] ||= getComputedStyle(canvas).color;
-	}});
+export function colours() {
+	const style = getComputedStyle(document.documentElement);
+	return new Proxy({}, {get: (known, name) => known[name] ||= style.getPropertyValue("--" + name)});
 }
 
 // A canvas as fine as the screen: its context, in pixels of CSS.
@@ -21,7 +18,7 @@ export function sized(canvas) {
 	const {clientWidth, clientHeight} = canvas, ratio = devicePixelRatio, ctx = canvas.getContext("2d");
 	Object.assign(canvas, {width: clientWidth * ratio, height: clientHeight * ratio});
 	ctx.scale(ratio, ratio);
-	return Object.assign(ctx, {lineJoin: "round", textAlign: "center", textBaseline: "middle", font: "bold 12px system-ui, sans-serif"});
+	return Object.assign(ctx, {lineJoin: "round", lineCap: "round", textAlign: "center", textBaseline: "middle", font: "bold 12px system-ui, sans-serif"});
 }
 
 export class MapPicture {
@@ -32,7 +29,7 @@ export class MapPicture {
 	dress() {
 		const [floor] = this.canvases;
 		Object.assign(this.camera, {width: floor.clientWidth, height: floor.clientHeight});
-		Object.assign(this, {colour: colours(floor), contexts: this.canvases.map(sized), grid: null});
+		Object.assign(this, {colour: colours(), contexts: this.canvases.map(sized), grid: null});
 	}
 
 	draw(model, chosen) {
@@ -56,7 +53,6 @@ export class MapPicture {
 		this.robots = robots;
 	}
 
-	// The number of the robot under a place on the screen.
 	robotAt(pixel) {
 		const [x, y] = this.camera.toWorld(pixel), far = ({pose}) => Math.hypot(pose[0] - x, pose[1] - y);
 		return this.robots.filter(each => far(each) < Math.max(26 / this.camera.scale, 0.3)).sort((one, other) => far(one) - far(other))[0]?.robot.number;
@@ -72,7 +68,6 @@ export class MapPicture {
 		});
 	}
 
-	// Draws in the frame of a pose, all so much larger.
 	within([x, y, heading], size, draw) {
 		this.ctx.save();
 		this.ctx.translate(x, y);
@@ -114,13 +109,11 @@ export class MapPicture {
 
 	// A text on a ground of its own, so many pixels above a place: it can be read above anything.
 	plate(text, place, above, edge, ink = "ink", ground = "card") {
-		const {ctx, colour} = this, [x, y] = this.camera.toScreen(place), wide = Math.max(18, ctx.measureText(text).width + 12);
-		ctx.beginPath();
-		ctx.roundRect(x - wide / 2, y - above - 9, wide, 18, 9);
-		this.fill(ground);
-		Object.assign(ctx, {strokeStyle: colour[edge], lineWidth: 1.5}).stroke();
+		const {ctx, colour} = this, [x, low] = this.camera.toScreen(place), y = low - above, half = Math.max(0.1, ctx.measureText(text).width / 2 - 3);
+		this.path([x - half, y], [x + half, y]);
+		for (const [strokeStyle, lineWidth] of [[colour[edge], 19.5], [colour[ground], 16.5]]) Object.assign(ctx, {strokeStyle, lineWidth}).stroke();
 		ctx.fillStyle = colour[ink];
-		ctx.fillText(text, x, y - above + 0.5);
+		ctx.fillText(text, x, y + 0.5);
 	}
 
 	drawFloor({bounds: [x1, y1, x2, y2], grid, walls = [], boxes = [], posts = [], places = []}) {
@@ -128,7 +121,6 @@ export class MapPicture {
 		const [left, top] = camera.toWorld([0, 0]), [right, bottom] = camera.toWorld([width, height]), step = roundLength(scale, 90);
 		const bar = roundLength(scale, Math.min(120, width / 5)), [from, low] = camera.toWorld([18, height - 20]);
 		this.onCanvas(0, () => {
-			this.ctx.lineCap = "round";
 			if (grid) this.drawCells(grid);
 			else this.box(x1, y1, x2, y2).fill("card");
 			for (let x = Math.ceil(left / step) * step; x < right; x += step) this.path([x, top], [x, bottom]).stroke("line", 1, 0.6);
@@ -144,11 +136,10 @@ export class MapPicture {
 		for (const {name, centre, diameter, size = [diameter]} of places) if (size[0] * scale > 20) this.plate(name, centre, 0, "goal");
 	}
 
-	// A map of cells is painted once, and then laid down as a picture.
 	drawCells(grid) {
 		const {cells, width, height, resolution, origin} = grid;
 		if (this.grid !== grid) {
-			Object.assign(this, {grid, cells: new OffscreenCanvas(width, height)});
+			Object.assign(this, {grid, cells: Object.assign(document.createElement("canvas"), {width, height})});
 			const ctx = this.cells.getContext("2d");
 			[...atob(cells)].forEach((cell, i) => {
 				ctx.fillStyle = this.colour[["card", "wall", "page"][cell.charCodeAt()]];
@@ -170,21 +161,18 @@ export class MapPicture {
 		}));
 	}
 
-	// What is older is paler.
 	drawTrail({robot: {trail, frame: {x, y}}, mine, origin}) {
 		this.within(origin, 1, () => {
 			for (const last of mine ? [4000, 400, 100] : [60]) this.path(...trail.slice(-last), [x, y]).stroke("program", mine ? 4 : 2, 0.35);
 		});
 	}
 
-	// The chosen robot has cones.
 	drawEchoes({robot, mine, origin}) {
 		if (!mine) this.within(origin, 1, () => {
 			for (const echo of echoesOf(robot.info, robot.frame)) this.disc(echo, 2 / this.camera.scale).fill("program", 0.7);
 		});
 	}
 
-	// The tip of an outline with a gripper is that of its paddles.
 	drawBody({robot, mine, pose, grown}) {
 		const {info: {outline}, frame: {gripper}} = robot, xs = outline.map(([x]) => x), tip = Math.max(...xs), linked = robot.is(FLAG.link);
 		const front = gripper && outline.length > 4 ? Math.max(...xs.filter(x => x < tip - 0.01)) : tip, head = front - 0.04;

@@ -13,7 +13,6 @@ export function place([left, top, heading], [x, y]) {
 	return [left + x * cos - y * sin, top + x * sin + y * cos];
 }
 
-// Where the sonar heard something, in the odometry frame.
 export function echoesOf({sonar}, {x, y, heading, ranges}) {
 	return sonar.map((one, i) => one && ranges[i] < Infinity && place([x, y, heading], place(one, [ranges[i], 0]))).filter(Boolean);
 }
@@ -65,7 +64,6 @@ export class Model {
 		else if (kind in NOTHING) this[kind] = value;
 	}
 
-	// Where the odometry of a robot begins in the map.
 	origin(robot) {
 		return this.origins[robot.number] || [0, 0, 0];
 	}

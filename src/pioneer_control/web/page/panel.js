@@ -32,7 +32,6 @@ export function clockText(at) {
 	return `${Math.floor(at / 60)}:${(at % 60).toFixed(1).padStart(4, "0")}`;
 }
 
-// Makes an item for each value of a list, where they changed.
 export function items(list, values, fill) {
 	const key = JSON.stringify(values);
 	if (list.dataset.key === key) return;
@@ -71,11 +70,10 @@ function batteryText({volts, charge, level}, charging) {
 	return volts ? [words.filter(Boolean).join(" · "), level] : ["not known"];
 }
 
-// Who drives, and what may be done about it.
-function driver({locked, helm: {commander, who, you, programs, locks}}) {
-	return locked ? ["Locked: " + (locks.join(", ") || "it takes no commands"), "Nothing moves until somebody unlocks."] :
+function driver({locked, helm: {commander, who, you, programs, locks}}, motors) {
+	return locked ? ["Stopped until somebody unlocks", locks.filter(lock => lock !== "stop").join(", ")] :
 		[commander === "program" ? "A program drives" : !commander ? "Nobody drives" : you ? "You drive" : `${who || "Somebody"} drives`,
-			{free: "Programs may drive.", "locked out": "Programs are locked out."}[programs]];
+			!motors ? "Switch motors on to drive." : programs === "locked out" && "Programs are locked out."];
 }
 
 for (const title in NUMBERS) {
@@ -107,15 +105,16 @@ export function showTask(task, own) {
 
 function showRobot(robot, live, mine) {
 	const {number, info, frame, helm: {locks, programs, limit}, program: {path, key}, status} = robot, {decision, faults, link, lost} = status, locked = locks.length > 0;
-	const [kind, sign] = stateOf(robot), [words, note] = driver(robot);
-	const texts = {number: String(number), name: info.name, model: info.model + (info.simulated ? " · simulated" : ""),
+	const [kind, sign] = stateOf(robot), motors = robot.is(FLAG.motors), [words, note] = driver(robot, motors);
+	const texts = {number: String(number), name: robot.own ? `Robot ${number} is yours` : info.name, model: info.model + (info.simulated ? " · simulated" : ""),
 		"driver-text": `${sign} ${words}`, "driver-note": !live ? "" : mine ? note : "You may look, but not drive this one.",
 		doing: decision?.doing, why: decision?.why && "because " + decision.why, "limit-text": limit[0].toFixed(2) + " m/s",
 		unlock: mine && locked && "Unlock", take: mine && !locked && ["driving", "free"].includes(programs) && "Drive by hand",
 		release: mine && !locked && programs === "locked out" && "Let programs drive",
 		program: key && `In your program: Robot("ws://${location.host}${path}", key="${key}")`,
-		"motors-switch": "Switch motors " + (robot.is(FLAG.motors) ? "off" : "on")};
+		"motors-switch": mine && "Switch motors " + (motors ? "off" : "on")};
 	for (const id in texts) put(id, texts[id]);
+	show("decision", decision?.doing);
 	for (const title in NUMBERS) put(title, ...frame ? NUMBERS[title](robot) : ["–"]);
 	tint($("helm"), kind);
 	items($("faults"), link === "ok" ? faults : [{level: "error", task: "No link", text: lost || link}, ...faults],
@@ -132,8 +131,8 @@ function showList(list, chosen) {
 		const button = tiles.children[i].firstChild, [kind, sign, word] = stateOf(robot), pressed = String(robot === chosen);
 		const {status: {battery}, helm: {who}} = robot, volts = battery && batteryText(battery)[0];
 		put(button, `${robot.number} ${sign} ${word}\n${[who, volts].filter(Boolean).join(" · ")}`, kind);
-		if (button.ariaPressed === pressed) return;
-		button.ariaPressed = pressed;
+		if (button.getAttribute("aria-pressed") === pressed) return;
+		button.setAttribute("aria-pressed", pressed);
 		if (robot === chosen) button.scrollIntoView({block: "nearest", inline: "nearest"});
 	});
 }

@@ -4,7 +4,6 @@ import {decodeColumns, frameAt} from "./frames.js";
 
 const STEP_ROWS = 5;	// between two points of a trail
 
-// Gives json() and arrayBuffer() of what was compressed.
 export function unpacked(packed) {
 	return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate")));
 }

@@ -72,7 +72,6 @@ export class Live {
 		this.tick();
 	}
 
-	// A network that went dark tells nothing.
 	tick() {
 		const {socket} = this, now = performance.now();
 		if (!socket || now - this.heard < SILENCE) return this.send({do: "ping", at: now});

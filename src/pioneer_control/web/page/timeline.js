@@ -38,7 +38,7 @@ export class TimeLine {
 
 	dress(number) {
 		const {marks, unpacked} = this.recording;
-		Object.assign(this, {ctx: sized($("curve")), colour: colours($("curve")), columns: unpacked.get(number),
+		Object.assign(this, {ctx: sized($("curve")), colour: colours(), columns: unpacked.get(number),
 			marks: marks.filter(mark => (mark.robot ?? number) === number)});
 	}
 

@@ -23,10 +23,9 @@ export class Camera {
 		Object.assign(this, {x: this.x - dx / this.scale, y: this.y + dy / this.scale, follows: false, fitted: false});
 	}
 
-	// Show all of x1, y1, x2, y2, above the scale bar and the buttons.
 	fit([x1, y1, x2, y2]) {
 		const margin = 24, bottom = 56, wide = this.width - 2 * margin, high = this.height - margin - bottom;
-		const scale = Math.min(250, wide / Math.max(x2 - x1, 0.1), high / Math.max(y2 - y1, 0.1));
+		const scale = Math.max(1, Math.min(250, wide / Math.max(x2 - x1, 0.1), high / Math.max(y2 - y1, 0.1)));
 		Object.assign(this, {x: (x1 + x2) / 2, y: (y1 + y2 + (margin - bottom) / scale) / 2, scale, follows: false});
 	}
 }
