@@ -70,7 +70,7 @@ class Viewer:
         self.seen = 0
         """Number of the newest frame that it was given."""
         self.unanswered: Deque[Tuple[int, float]] = deque()
-        """Batches that were not acknowledged: their newest stamp, and when they were given."""
+        """Batches that were not acknowledged: the stamp of their last frame, and when they were given."""
         self.hello = ""
         """The first text, until it is given."""
         self.texts: Dict[Key, None] = {}
@@ -209,7 +209,8 @@ class Fleet:
         viewer = self.viewers[number]
         waited = not viewer.wants_frames(now)
         viewer.person = viewer.person._replace(drawn=stamp)
-        while viewer.unanswered and (stamp - viewer.unanswered[0][0]) % STAMPS < STAMPS // 2:
+        # Stamps of several robots do not come quite in order: who has drawn a batch has drawn all before it, too.
+        while any((stamp - each) % STAMPS < STAMPS // 2 for each, _ in viewer.unanswered):
             viewer.unanswered.popleft()
         if waited and viewer.wants_frames(now):
             self._behind.add(number)
@@ -283,13 +284,15 @@ class Fleet:
     def _frames_for(self, viewer: Viewer, batches: Dict[int, Tuple[bytes, int]], now: float) -> List[Message]:
         """Return the frames that this viewer lacks, as one message. ``batches`` has messages for other viewers."""
         if viewer.seen not in batches:
-            newer = [each for each in self._frames.values() if each.number > viewer.seen]
-            newest = max(newer, key=lambda each: each.number).stamp if newer else 0
+            newer = sorted(each for each in self._frames.values() if each.number > viewer.seen)
+            newest = newer[-1].stamp if newer else 0        # which the page acknowledges
             batches[viewer.seen] = (frames_message(each.frame for each in newer) if newer else b"", newest)
         message, stamp = batches[viewer.seen]
         viewer.seen = self._count
         if not message:
             return []
+        if stamp == viewer.person.drawn:
+            return [message]        # a page does not acknowledge the same stamp twice
         if len(viewer.unanswered) < MOST_UNANSWERED:
             viewer.unanswered.append((stamp, now))
         else:

@@ -147,6 +147,46 @@ def test_acknowledgements_go_round_with_the_stamps():
     assert not show.fleet.viewers[1].unanswered
 
 
+def last_stamp(got):
+    """Return what a page acknowledges: the stamp of the last frame that it got."""
+    return got[1][-1][-1].stamp
+
+
+def test_the_last_frame_of_a_batch_is_the_one_that_is_waited_for():
+    show = Show(1)
+    show.round()
+    for robot, stamp in ((1, 100.0), (2, 100.01), (1, 100.02)):
+        show.fleet.frame(frame(robot, stamp))
+    show.acknowledge(1, last_stamp(show.round()))
+    show.now += 2 * ACKNOWLEDGE
+    show.frame()
+    assert 1 in show.round()
+
+
+def test_a_batch_with_a_stamp_that_was_drawn_already_is_not_waited_for():
+    show = Show(1)
+    show.frame(1)
+    stamp = last_stamp(show.round())
+    show.acknowledge(1, stamp)
+    show.now += BATCH
+    show.fleet.frame(frame(2, 100.0))
+    assert last_stamp(show.round()) == stamp        # and a page does not tell the same twice
+    show.now += 2 * ACKNOWLEDGE
+    show.frame()
+    assert 1 in show.round()
+
+
+def test_a_batch_with_an_older_stamp_acknowledges_the_one_before():
+    show = Show(1)
+    show.round()
+    show.fleet.frame(frame(1, 100.02))
+    show.round()
+    show.now += BATCH
+    show.fleet.frame(frame(2, 100.01))
+    show.acknowledge(1, last_stamp(show.round()))
+    assert not show.fleet.viewers[1].unanswered
+
+
 def test_a_stuck_viewer_delays_nobody_and_gets_the_newest_of_each_later():
     show = Show(1, 2)
     show.round()
