@@ -53,8 +53,8 @@ class Stage(NamedTuple):
 
 
 def stages(source: pathlib.Path, results: pathlib.Path, cores: int) -> List[Stage]:
-    """Return all tests. Suites that compute have the processors for themselves. Of integration tests, which also wait,
-    two run on each processor. Of rostests, which mostly wait, three do, with the browser tests among them.
+    """Return all tests. Suites that compute have the processors for themselves. Of suites that mostly wait, two run on
+    each processor: of the integration tests, and of the rostests, with the browser tests among them.
     """
     tests = sorted((source / "test" / "rostest").glob("*.test"))
     tests.sort(key=lambda path: LONGEST_FIRST.index(path.stem) if path.stem in LONGEST_FIRST else len(LONGEST_FIRST))
@@ -64,7 +64,7 @@ def stages(source: pathlib.Path, results: pathlib.Path, cores: int) -> List[Stag
         Stage("messages tests", [pytest_suite("messages", results, cores)]),
         Stage("integration tests", [pytest_suite("integration", results, 2 * cores)]),
         Stage("browser tests and rostests", [
-            pytest_suite("browser", results, cores), *(rostest_suite(path, results) for path in tests)], 3 * cores),
+            pytest_suite("browser", results, cores), *(rostest_suite(path, results) for path in tests)], 2 * cores),
     ]
 
 
