@@ -43,7 +43,7 @@ class HangingMaster:
         message uses it.
         """
         with self._changed:
-            asked = self._changed.wait_for(lambda: self._waiting, PATIENCE)
+            asked = self._changed.wait_for(lambda: self._waiting, 2 * PATIENCE)      # ten nodes may start at once
             assert asked, "nobody asks:\n%s" % (asker and asker.printed)
 
     def close(self):
