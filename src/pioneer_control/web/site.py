@@ -132,11 +132,11 @@ def own_addresses() -> List[str]:
     with contextlib.suppress(OSError), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.connect(("192.0.2.1", 9))     # sends nothing: only asks which address would be used
         found.append(probe.getsockname()[0])
-    found += [address for _, interface in socket.if_nameindex() for address in _addresses_of(interface)]
+    found += [address for _, interface in socket.if_nameindex() for address in addresses_of(interface)]
     return [each for each in dict.fromkeys(found) if not each.startswith("127.")] or [socket.gethostname()]
 
 
-def _addresses_of(interface: str) -> List[str]:
+def addresses_of(interface: str) -> List[str]:
     """Return the IPv4 address of a network interface, or none. A network without a way to the internet has one, too."""
     with contextlib.suppress(OSError), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asker:
         answer = fcntl.ioctl(asker, SIOCGIFADDR, struct.pack("256s", interface.encode()))
