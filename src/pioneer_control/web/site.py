@@ -1,8 +1,10 @@
 """Where the page is served: the sockets that listen, the keys, and what the person at the terminal reads of them."""
 
 import contextlib
+import fcntl
 import secrets
 import socket
+import struct
 from typing import List, NamedTuple, Optional, Sequence
 
 from ..errors import PioneerError
@@ -13,6 +15,8 @@ KEY = "PIONEER_WEB_KEY"
 address itself.
 """
 LOOPBACK, EVERYWHERE = ("127.0.0.1", "::1"), ("0.0.0.0", "::")
+SIOCGIFADDR = 0x8915
+"""What Linux is asked for the address of an interface."""
 SHARED = """\
 Every machine that reaches this one and has an address below can see the robots and drive them. What is sent is not
 encrypted: share only in a network that you trust."""
@@ -128,6 +132,13 @@ def own_addresses() -> List[str]:
     with contextlib.suppress(OSError), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.connect(("192.0.2.1", 9))     # sends nothing: only asks which address would be used
         found.append(probe.getsockname()[0])
-    with contextlib.suppress(OSError):
-        found += [str(each[4][0]) for each in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)]
+    found += [address for _, interface in socket.if_nameindex() for address in addresses_of(interface)]
     return [each for each in dict.fromkeys(found) if not each.startswith("127.")] or [socket.gethostname()]
+
+
+def addresses_of(interface: str) -> List[str]:
+    """Return the IPv4 address of a network interface, or none. A network without a way to the internet has one, too."""
+    with contextlib.suppress(OSError), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asker:
+        answer = fcntl.ioctl(asker, SIOCGIFADDR, struct.pack("256s", interface.encode()))
+        return [socket.inet_ntoa(answer[20:24])]
+    return []
