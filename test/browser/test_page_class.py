@@ -63,6 +63,9 @@ def test_the_teacher_sees_who_is_who_and_the_address_and_pauses(page):
                               "students": [[1, "Ada <b>", "here"], [2, "Bob", "away"]], "worlds": ["classroom"],
                               "tasks": []})
     until(lambda: page.js("return !document.getElementById('class').hidden"), "the class is shown")
+    page.server.say("program", {"robot": 1, "path": "/robot/1", "key": "secret"})
+    page.settle()
+    assert "secret" not in page.js("return document.body.textContent"), "this page may be projected"
     page.click("code-open")
     page.shows("class-address", "http://here:8080/#KEY")
     wide, high = page.box("code")[2:]

@@ -50,7 +50,7 @@ def hide(*others):
             if hasattr(module, word):
                 delattr(module, word)
     os.read, os.write = partial(not_for_sockets, os.read), partial(not_for_sockets, os.write)
-    select.select = partial(only_for_sockets, select.select)
+    select.select = WindowsSelect(select.select)
 
 
 def is_socket(file):
@@ -63,6 +63,16 @@ def not_for_sockets(function, descriptor, what):
     if is_socket(descriptor):
         raise OSError(9, "Bad file descriptor")
     return function(descriptor, what)
+
+
+class WindowsSelect:
+    """select() as on Windows. It is an object, so that it is no method of a class that has it, as a builtin is none."""
+
+    def __init__(self, select):
+        self._select = select
+
+    def __call__(self, *arguments, **options):
+        return only_for_sockets(self._select, *arguments, **options)
 
 
 def only_for_sockets(wait, readers, writers, others, timeout=None):

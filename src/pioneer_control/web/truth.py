@@ -190,7 +190,7 @@ class TruthLine:
                     self._carried(self._truth.carried.pop())
                 while self._truth.answers:
                     number, done, sentence = self._truth.answers.pop(0)
-                    self._orders.pop(number, lambda done, sentence: None)(done, sentence)
+                    self._orders.pop(number, _nobody_waits)(done, sentence)
         except BlockingIOError:
             pass
         except (OSError, ValueError, TypeError, LookupError):
@@ -214,3 +214,7 @@ class TruthLine:
                 return
             on_failure.pop_all()
             self._socket, self._truth = line, Truth(self._numbers, self._base)
+
+
+def _nobody_waits(done: bool, sentence: str) -> None:
+    """Take the answer to an order whose sender is gone."""

@@ -1,4 +1,4 @@
-// Wires all together: what comes in fills the model, each picture is drawn from it, and then the hand is told on.
+// What comes in fills the model, each picture is drawn from it, and then the hand is told on.
 
 import {listenHand} from "./controls.js";
 import {Deadman, Hand} from "./hand.js";
@@ -242,10 +242,10 @@ function storage(name) {
 
 function firstWords() {
 	const session = storage("sessionStorage");
-	session.key = location.hash.slice(1) || session.key || "";
+	session.word = location.hash.slice(1) || session.word || "";
 	kept.visitor ||= crypto.getRandomValues(new Uint32Array(4)).join("");
 	history.replaceState(null, "", location.pathname);
-	return {key: session.key, visitor: kept.visitor};
+	return {key: session.word, visitor: kept.visitor};
 }
 
 const kept = storage("localStorage"), theme = $("theme"), system = matchMedia("(prefers-color-scheme: dark)");

@@ -1,4 +1,4 @@
-// The words beside the map: the chosen robot, the list of all, what the server said. Only ever as texts, never as markup.
+// The words beside the map: the chosen robot, the list of all, what the server said. As texts, never as markup.
 
 import {FLAG, GRIP} from "./frames.js";
 import {stateOf} from "./model.js";
@@ -111,7 +111,7 @@ function showRobot(robot, live, mine) {
 		doing: decision?.doing, why: decision?.why && "because " + decision.why, "limit-text": limit[0].toFixed(2) + " m/s",
 		unlock: mine && locked && "Unlock", take: mine && !locked && ["driving", "free"].includes(programs) && "Drive by hand",
 		release: mine && !locked && programs === "locked out" && "Let programs drive",
-		program: key && `In your program: Robot("ws://${location.host}${path}", key="${key}")`,
+		program: $("class").hidden && key && `In your program: Robot("ws://${location.host}${path}", key="${key}")`,
 		"motors-switch": mine && "Switch motors " + (motors ? "off" : "on")};
 	for (const id in texts) put(id, texts[id]);
 	show("decision", decision?.doing);
