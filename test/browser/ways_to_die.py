@@ -243,7 +243,8 @@ Way = Callable[[DrivenPage], Optional[Callable[[], None]]]
 
 def _signal(pids, number) -> None:
     for pid in pids:
-        os.kill(pid, number)
+        with contextlib.suppress(ProcessLookupError):       # a browser ends some of its processes by itself
+            os.kill(pid, number)
 
 
 def release(page: DrivenPage) -> None:
@@ -285,11 +286,7 @@ def stop_server(page: DrivenPage) -> Callable[[], None]:
     pid = page.site.server_pid()
     _signal([pid], signal.SIGSTOP)
 
-    def go_on() -> None:
-        with contextlib.suppress(ProcessLookupError):
-            _signal([pid], signal.SIGCONT)
-
-    return go_on
+    return lambda: _signal([pid], signal.SIGCONT)
 
 
 def dark_network(page: DrivenPage) -> Callable[[], None]:
