@@ -105,12 +105,13 @@ class Readers:
         return watcher
 
     def _run(self) -> None:
-        while True:
-            for chosen, _ in self._selector.select(0.1):
-                for _ in chosen.data.read():
-                    pass
-            for watcher in list(self.all):
-                watcher.acknowledge()
+        with contextlib.suppress(ConnectionError):      # at the end the server closes all
+            while True:
+                for chosen, _ in self._selector.select(0.1):
+                    for _ in chosen.data.read():
+                        pass
+                for watcher in list(self.all):
+                    watcher.acknowledge()
 
 
 def join_by_socket(site: ClassSite, readers: Readers, number: int) -> Program:

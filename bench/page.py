@@ -47,7 +47,7 @@ class Watcher:
         self.texts: Dict[str, Any] = {}     # the newest of each kind
         self._data = bytearray()
         self._told = 0.0
-        self._unacknowledged = 0
+        self._unacknowledged = b""
 
     def read(self) -> Iterator[bytes]:
         """Read what is there. Yields the messages with frames."""
@@ -68,7 +68,7 @@ class Watcher:
             del self._data[:begin + length]
             self.bytes += length
             if kind == websocket.ABNF.OPCODE_BINARY:
-                self._unacknowledged = int.from_bytes(message[3:7], "little")     # of the first frame: good enough
+                self._unacknowledged = message
                 yield message
             elif kind == websocket.ABNF.OPCODE_TEXT:
                 self.texts.update(json.loads(message.decode()))
@@ -82,8 +82,8 @@ class Watcher:
         now = time.monotonic()
         if self._unacknowledged and now - self._told > ACKNOWLEDGE:
             self._told = now
-            text = b'{"do":"drawn","stamp":%d}' % self._unacknowledged
-            self._unacknowledged = 0
+            text = b'{"do":"drawn","stamp":%d}' % read_frames(self._unacknowledged)[-1].stamp
+            self._unacknowledged = b""
             self._send(websocket.ABNF.OPCODE_TEXT, text)
 
     def _send(self, kind: int, message: bytes) -> None:
