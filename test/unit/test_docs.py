@@ -328,3 +328,16 @@ def test_what_a_document_imports_is_there(path):
     ("from pioneer_control.cellar import wine", ["pioneer_control.cellar.wine"])])
 def test_an_import_of_what_is_gone_is_seen(line, missing):
     assert missing_imports("```python\n%s\n```\n" % line) == missing
+
+
+def test_the_lesson_names_buttons_that_the_page_has():
+    """Buttons are bold where the teacher presses them, and slanted where the teacher speaks."""
+    page = "".join(read(path) for path in sorted((ROOT / "src/pioneer_control/web/page").iterdir()))
+    tasks = read(ROOT / "src/pioneer_control/simulator/tasks/tasks.yaml")
+    lesson = read(DOCS / "lesson.md").partition("\n## ")[2]      # before it: what bold means
+    pressed = [word for line in lesson.splitlines() if not line.startswith(">")
+               for word in re.findall(r"\*\*([^*]+)\*\*", line) if len(word.split()) < 4]
+    pressed += re.findall(r"[Pp]ress(?:ed)? \*([^*]+)\*", lesson)
+    assert {"STOP all", "Join", "Switch motors on", "Drive a square", "Students' address"} <= set(pressed)
+    assert [word for word in pressed if word not in page + tasks and word != "Switch motors on"] == []
+    assert '"Switch motors " + (motors ? "off" : "on")' in page
