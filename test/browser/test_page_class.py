@@ -168,12 +168,12 @@ def test_the_teacher_chooses_starts_and_ends_a_task(page):
     page.shows("task-title", "Task: Drive a square")
     page.shows("task-clock", "ready: 0:00.0 of 2:00.0")
     assert page.js("return document.getElementById('tasks').value") == "square"
-    for order in ("start_task", "end_task"):
+    for order in ("begin_task", "end_task"):
         page.js("document.querySelector('[name=' + arguments[0] + ']').click()", order)
     choose(page, "tasks", "")
     until(lambda: len(page.server.of("task")) == 2, "all are sent")
     assert page.server.of("task") == [{"do": "task", "name": "square"}, {"do": "task", "name": ""}]
-    assert page.server.of("start_task") == [{"do": "start_task"}] and page.server.of("end_task") == [{"do": "end_task"}]
+    assert page.server.of("begin_task") == [{"do": "begin_task"}] and page.server.of("end_task") == [{"do": "end_task"}]
 
 
 def test_a_student_sees_the_task_the_own_place_and_the_ranking(page):

@@ -176,7 +176,7 @@ def test_a_task_from_its_choice_to_its_end(small, teacher):
         ada, robot = small.joined(stack, 1, "Ada")
         until(lambda: teacher.newest("class")["tasks"], "the tasks")
         assert ["square", "Drive a square"] in teacher.newest("class")["tasks"] and ada.newest("task") is None
-        teacher.do("start_task")
+        teacher.do("begin_task")
         until(lambda: teacher.said("no task is chosen"), "none is chosen")
         teacher.do("task", name="sqare")
         until(lambda: teacher.said("did you mean 'square'"), "there is no such task")
@@ -187,12 +187,12 @@ def test_a_task_from_its_choice_to_its_end(small, teacher):
         until(lambda: {"robot": robot, "points": []} in ada.of("trail")[ways:], "its way begins anew")
         assert "1" in {place["name"] for place in ada.newest("world")["places"]}
         assert [(entry["robot"], entry["who"]) for entry in task(ada)["ranking"]] == [(robot, "Ada")]
-        for order in ({"do": "start_task"}, {"do": "end_task"}, {"do": "task", "name": ""}):
+        for order in ({"do": "begin_task"}, {"do": "end_task"}, {"do": "task", "name": ""}):
             ada.send(**order)
         until(lambda: ada.said("only the teacher"), "not the student")
         assert task(teacher)["state"] == "ready"
         start = truth.newest["robots"][robot - 1][:2]
-        teacher.do("start_task")
+        teacher.do("begin_task")
         until(lambda: task(ada)["state"] == "running", "it runs")
         ada.switch_motors_on(robot)
         ada.hold(robot)

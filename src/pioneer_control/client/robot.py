@@ -171,7 +171,8 @@ class Robot:
             timeout = max(timeout, LONGEST_CYCLE)
         with link.changed:
             before = link.state
-            link.end_turn()
+            if self._lockstep:
+                link.end_turn()
             link.changed.wait_for(lambda: link.state is not before or link.ended.is_set(), timeout)
             if link.state is None or link.state is before:
                 raise link.failure(LinkLostError("%s: no state within %.1f s" % (self.url, timeout)))

@@ -157,7 +157,7 @@ class TaskOrder(NamedTuple):
     name: str
 
 
-class StartTaskOrder(NamedTuple):
+class BeginTaskOrder(NamedTuple):
     """The chosen task begins."""
 
 
@@ -168,7 +168,7 @@ class EndTaskOrder(NamedTuple):
 HelmOrder = Union[DriveOrder, StopOrder, UnlockOrder, MotorsOrder, GripperOrder, LimitOrder, TakeOrder, ReleaseOrder]
 """An order about robots."""
 HELM_ORDERS = (DriveOrder, StopOrder, UnlockOrder, MotorsOrder, GripperOrder, LimitOrder, TakeOrder, ReleaseOrder)
-SimulatorOrder = Union[PauseOrder, SpeedOrder, ResetOrder, FaultOrder, ClearFaultsOrder, TaskOrder, StartTaskOrder,
+SimulatorOrder = Union[PauseOrder, SpeedOrder, ResetOrder, FaultOrder, ClearFaultsOrder, TaskOrder, BeginTaskOrder,
                        EndTaskOrder]
 """An order for the simulator."""
 ClassOrder = Union[JoinOrder, FreeOrder, SimulatorOrder]
@@ -240,7 +240,7 @@ ORDERS: Mapping[str, Tuple[Callable[..., PageOrder], Mapping[str, Check]]] = {
     "task": (TaskOrder, {"name": Check(
         "a text of at most %d printable characters" % LONGEST_TASK,
         lambda value: type(value) is str and len(value) <= LONGEST_TASK and value.isprintable())}),
-    "start_task": (StartTaskOrder, {}),
+    "begin_task": (BeginTaskOrder, {}),
     "end_task": (EndTaskOrder, {}),
 }
 """For each value of ``do``: the order, and its fields."""

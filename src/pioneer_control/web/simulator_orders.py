@@ -6,8 +6,8 @@
 
 from typing import Any, Callable, Dict, Mapping, Optional, Tuple
 
-from .orders import (ALL, ClearFaultsOrder, EndTaskOrder, FaultOrder, PauseOrder, ResetOrder, RobotOrAll,
-                     SimulatorOrder, SpeedOrder, StartTaskOrder, TaskOrder)
+from .orders import (ALL, BeginTaskOrder, ClearFaultsOrder, EndTaskOrder, FaultOrder, PauseOrder, ResetOrder,
+                     RobotOrAll, SimulatorOrder, SpeedOrder, TaskOrder)
 
 Words = Tuple[str, Optional[int], Dict[str, Any]]
 """The name of an order, the page's number of the robot that it is for (None: none, or all), and its other values."""
@@ -29,9 +29,9 @@ WORDS: Mapping[type, Callable[[Any], Words]] = {
     FaultOrder: lambda order: ("add_fault", _one(order.robot), {"fault": order.words}),
     ClearFaultsOrder: lambda order: ("clear_faults", None, {}),
     TaskOrder: lambda order: ("task", None, {"name": order.name}),
-    StartTaskOrder: lambda order: ("begin_task", None, {}),
+    BeginTaskOrder: lambda order: ("begin_task", None, {}),
     EndTaskOrder: lambda order: ("end_task", None, {}),
 }
 """For each type of order, what says it in the simulator's words."""
-CARRYING = (ResetOrder, TaskOrder, StartTaskOrder)
+CARRYING = (ResetOrder, TaskOrder, BeginTaskOrder)
 """The orders that carry robots to other places."""

@@ -13,7 +13,7 @@ from pioneer_control.web.class_desk import MOST_JOINS, ClassDesk
 from pioneer_control.web.classroom import Classroom
 from pioneer_control.web.orders import (
     LONGEST_NAME, ClearFaultsOrder, EndTaskOrder, FaultOrder, FreeOrder, JoinOrder, PauseOrder, ResetOrder, SpeedOrder,
-    StartTaskOrder, TaskOrder)
+    BeginTaskOrder, TaskOrder)
 from pioneer_control.web.qr import qr_image, qr_lines, qr_rows
 
 ADA, BOB, EVE = "a" * 16, "b" * 16, "e" * 16
@@ -125,7 +125,7 @@ def test_who_may_what(told):
     assert desk.may(student(2, ADA), 1) and not desk.may(student(1, ADA), 2) and not desk.may(student(3, EVE), 1)
     assert desk.may(TEACHER, 1) and desk.may(TEACHER, 2)
     for order in (FreeOrder(1), PauseOrder(True), SpeedOrder(2.0), ResetOrder("all"), FaultOrder(1, "loss 0.5"),
-                  ClearFaultsOrder(), TaskOrder("square"), TaskOrder(""), StartTaskOrder(), EndTaskOrder()):
+                  ClearFaultsOrder(), TaskOrder("square"), TaskOrder(""), BeginTaskOrder(), EndTaskOrder()):
         with pytest.raises(PioneerError, match="only the teacher"):
             desk.obey(student(1, ADA), order, 5.0)
     assert told.orders == [] and told.vacated == []
@@ -147,7 +147,7 @@ def test_the_teacher_frees_a_robot(told):
 def test_orders_for_the_simulator(told):
     for order in (PauseOrder(True), PauseOrder(False), SpeedOrder(2.0), ResetOrder("all"), ResetOrder(2),
                   FaultOrder(2, "loss 0.5"), FaultOrder("all", "stall"), ClearFaultsOrder(), TaskOrder("square"),
-                  StartTaskOrder(), EndTaskOrder()):
+                  BeginTaskOrder(), EndTaskOrder()):
         told.desk.obey(TEACHER, order, 5.0)
     assert told.orders == [
         ("pause", None, {}), ("go_on", None, {}), ("speed", None, {"speed": 2.0}), ("reset", None, {}),
@@ -159,7 +159,7 @@ def test_orders_for_the_simulator(told):
 
 def test_what_drives_a_robot_ends_before_it_is_carried(told):
     told.order = lambda name, robot, values, answer: told.halted.append(name)
-    for order in (ResetOrder(2), ResetOrder("all"), TaskOrder("square"), StartTaskOrder(), EndTaskOrder()):
+    for order in (ResetOrder(2), ResetOrder("all"), TaskOrder("square"), BeginTaskOrder(), EndTaskOrder()):
         told.desk.obey(TEACHER, order, 5.0)
     assert told.halted == [2, "reset", None, "reset", None, "task", None, "begin_task", "end_task"]
     with pytest.raises(PioneerError):

@@ -46,7 +46,7 @@ LEGAL = [
     ('{"do": "clear_faults"}', orders.ClearFaultsOrder()),
     ('{"do": "task", "name": "square"}', orders.TaskOrder("square")),
     ('{"do": "task", "name": ""}', orders.TaskOrder("")),
-    ('{"do": "start_task"}', orders.StartTaskOrder()),
+    ('{"do": "begin_task"}', orders.BeginTaskOrder()),
     ('{"do": "end_task"}', orders.EndTaskOrder()),
 ]
 WRONG_FIELDS = {
@@ -74,7 +74,7 @@ WRONG_FIELDS = {
     "fault": [("words", value) for value in ("", "x" * 101, "a\nb", 1)] + [("robot", -1), ("robot", "every")],
     "clear_faults": [],
     "task": [("name", value) for value in ("x" * 25, "a\nb", 1, None, ["square"], "\u202e", True)],
-    "start_task": [],
+    "begin_task": [],
     "end_task": [],
 }
 
