@@ -35,6 +35,7 @@ def ada(school):
     with contextlib.ExitStack() as stack:
         viewer, robot = school.joined(stack, 1, "Ada")
         viewer.picture()
+        until(lambda: viewer.newest("helm"), "who commands")
         viewer.do("take", robot=robot)
         until(lambda: viewer.newest("helm")["programs"] == "locked out", "as after driving by hand")
         yield viewer, robot
