@@ -1,6 +1,6 @@
 """A class on the page: a student says a name, gets a robot and its key; the teacher sees who is who."""
 
-from page_server import robot_info, until
+from page_server import helm, robot_info, until
 
 QR = "data:image/svg+xml,%3Csvg xmlns='http://www.w3.org/2000/svg' viewBox='-4 -4 10 10'/%3E"
 
@@ -56,6 +56,51 @@ def test_a_student_drives_no_other_robot_and_none_after_it_was_taken_away(page):
     assert page.server.drives() == []
 
 
+def test_stop_is_for_the_students_own_robot_also_while_another_is_looked_at(page):
+    student(page)
+    page.server.say("mine", {"robot": 2, "name": "Ada"})
+    page.server.say("join", False)
+    page.shows("stop-which", "robot 2")
+    page.js("document.activeElement.blur()")
+    page.press("KeyP")
+    page.shows("number", "1")
+    assert page.text("stop-which") == "robot 2" and page.text("controls") is None
+    page.press("Space")
+    page.click("stop")
+    until(lambda: len(page.server.of("stop")) == 2, "both are sent")
+    assert {order["robot"] for order in page.server.of("stop")} == {2}
+
+
+def test_a_student_sees_the_own_robot_from_near_and_may_see_all(page):
+    student(page)
+    assert page.text("stop-which") == "robot 1", "no robot yet: the chosen one"
+    page.server.say("mine", {"robot": 2, "name": "Ada"})
+    page.server.say("join", False)
+    pressed = "return document.getElementById('follow').getAttribute('aria-pressed')"
+    until(lambda: page.js(pressed) == "true", "it follows the own robot")
+    page.click("fit")
+    until(lambda: page.js(pressed) == "false", "all are seen")
+
+
+def test_a_teacher_is_told_that_driving_takes_over_and_another_student_sees_no_live_controls(page):
+    for teacher_too in (True, False):
+        page.open(numbers=(1, 2), teacher=teacher_too)
+        page.server.say("helm", helm(1, commander="person", who="Ada", programs="locked out"))
+        page.shows("driver-text", "Ada drives")
+        look = page.js("return getComputedStyle(document.getElementById('stick')).opacity")
+        assert (page.text("driver-note"), look) == (("Drive, and you take over.", "1") if teacher_too else (None, "0.5"))
+
+
+def test_unlock_all_is_there_only_while_a_robot_is_stopped(page):
+    page.open(numbers=(1, 2), teacher=True)
+    page.shows("stop-all", "STOP all")
+    assert page.text("unlock-all") is None
+    page.server.say("helm", helm(2, locks=["stop"]))
+    page.shows("unlock-all", "Unlock all")
+    page.server.say("helm", helm(2))
+    until(lambda: page.text("unlock-all") is None, "none is stopped")
+
+
 def test_the_teacher_sees_who_is_who_and_the_address_and_pauses(page):
     page.open(numbers=(1, 2), teacher=True)
     page.server.say("mine", {"robot": None, "name": ""})
@@ -106,7 +151,7 @@ def test_on_a_phone_a_student_sees_what_is_typed_and_then_that_the_robot_is_thei
         assert width >= least and left >= 0 and left + width <= 390 and top >= 0 and top + height <= 844, element
     page.server.say("mine", {"robot": 2, "name": "Ada"})
     page.server.say("join", False)
-    page.shows("name", "Robot 2 is yours")
+    page.shows("name", "Your robot")
 
 
 def test_on_a_phone_the_teachers_map_keeps_its_room_while_class_is_open(page):
@@ -176,13 +221,16 @@ def test_the_teacher_chooses_starts_and_ends_a_task(page):
     assert page.server.of("begin_task") == [{"do": "begin_task"}] and page.server.of("end_task") == [{"do": "end_task"}]
 
 
+OWN_LINES = "return [...document.querySelectorAll('#ranking li')].filter(item => item.style.color).map(item => item.textContent)"
+
+
 def test_a_student_sees_the_task_the_own_place_and_the_ranking(page):
     student(page)
     page.server.say("task", TASK)
     page.shows("task-text", "Drive round the four marks.")
-    assert page.text("task-own") is None, "no robot yet"
+    assert page.js(OWN_LINES) == [], "no robot yet"
     page.server.say("mine", {"robot": 1, "name": "Ada <b>"})
-    page.shows("task-own", "2. Ada <b> (1): 50 points")
+    until(lambda: page.js(OWN_LINES) == ["2. Ada <b> (1): 50 points"], "the own line has a colour")
     page.shows("task-clock", "running: 1:12.3 of 2:00.0")
     assert page.text("ranking") == (
         "1. Bob (2): 87.5 points, 3 of 4 corners\n2. Ada <b> (1): 50 points\n2. robot (3): 50 points")

@@ -16,6 +16,7 @@ const model = new Model(), camera = new Camera(), picture = new MapPicture($("fl
 const hand = new Hand(), deadman = new Deadman(message => live.send(message)), stopsToSend = new Set();
 const controls = listenHand(hand, {stop: () => timeline ? timeline.toggle() : stop(), gone: () => deadman.letGo(), key: pressed});
 const mine = {};		// in a class: this student's robot
+const toStop = () => mine.robot ?? chosen?.number ?? "all";
 let live = null, recording = null, timeline = null, chosen = null, unpacking = null, dirty = true, drawn = true, turnedAt = 0, saidAt = 0, ageAt = 0;
 
 function say(text) {
@@ -28,7 +29,7 @@ function act(order, more, robot) {
 }
 
 // A stop that cannot go now goes as soon as it can: it never does harm.
-function stop(robot = chosen?.number ?? "all") {
+function stop(robot = toStop()) {
 	controls.drop();
 	if (live.send({do: "stop", robot})) return;
 	stopsToSend.add(robot);
@@ -55,7 +56,10 @@ function text(kind, value) {
 	model.take(kind, value);
 	TEXTS[kind]?.(value);
 	if ("name" in mine && $("teacher").hidden) for (const robot of model.list) robot.own = robot.info.yours = robot.number === mine.robot;
-	if (kind === "mine" && mine.robot) choose(mine.robot);
+	if (kind === "mine" && mine.robot) {
+		choose(mine.robot);
+		Object.assign(camera, {scale: camera.height / 6, follows: true, fitted: false});
+	}
 	changed();
 	showTask(model.task, mine.robot);
 }
@@ -219,6 +223,7 @@ function drawAll(frame) {
 	picture.draw(model, chosen);
 	timeline?.draw();
 	showAll(model, chosen, !recording);
+	put("stop-which", model.list.length > 1 && "robot " + toStop());
 }
 
 function showAge(now, frame) {
@@ -256,6 +261,7 @@ theme.onchange = system.onchange = () => {
 	dress();
 };
 theme.onchange();
+$("legend").open = innerWidth > 699;
 if ($("recording")) record(JSON.parse($("recording").textContent));
 else live = new Live("/page", firstWords(), {text, frames, state, recorded});
 onhashchange = () => live && location.hash && location.reload();

@@ -29,25 +29,25 @@ export class MapPicture {
 	dress() {
 		const [floor] = this.canvases;
 		Object.assign(this.camera, {width: floor.clientWidth, height: floor.clientHeight});
-		Object.assign(this, {colour: colours(), contexts: this.canvases.map(sized), grid: null});
+		Object.assign(this, {colour: colours(), contexts: this.canvases.map(sized), grid: null, floor: null});
 	}
 
 	draw(model, chosen) {
-		const {world, cans, goals} = model, {scale} = this.camera;
-		this.drawFloor(world || {bounds: [0, 0, 0, 0]});
+		const {world, cans, goals} = model, {scale} = this.camera, floor = [world, ...Object.values(this.camera)];
+		if (floor.some((each, i) => each !== this.floor?.[i])) this.drawFloor(world || {bounds: [0, 0, 0, 0]});
+		this.floor = floor;
 		const robots = model.list.filter(robot => robot.frame).sort((a, b) => (a === chosen) - (b === chosen)).map(robot => {
 			const reach = Math.max(0.1, ...robot.info.outline.map(point => Math.hypot(...point)));
 			return {robot, mine: robot === chosen, pose: model.pose(robot), origin: model.origin(robot), reach, grown: Math.max(1, LEAST / scale / reach)};
 		});
 		this.onCanvas(1, () => {
-			for (const [x, y, lifted] of cans) this.disc([x, y], Math.max(4 / scale, world?.can?.radius || 0))
-				.fill(lifted > 0.005 ? "card" : "can").stroke(lifted > 0.005 ? "can" : "ink", 2);
+			for (const can of cans) this.disc(can, Math.max(4 / scale, world?.can?.radius || 0)).fill("can").stroke("ink", 2);
 			for (const layer of ["drawCones", "drawTrail", "drawEchoes", "drawBody"]) for (const each of robots) this[layer](each);
 			for (const goal of Object.values(goals)) this.disc(goal, 9 / scale).stroke("goal", 3).disc(goal, 4 / scale).fill("goal");
 		});
 		for (const [number, goal] of Object.entries(goals)) this.plate("goal " + number, goal, 22, "goal");
 		for (const {robot, mine, pose, reach, grown} of robots) {
-			const [kind, sign] = stateOf(robot), text = robot.number + (kind === "error" || kind === "none" ? " " + sign : "");
+			const [kind, sign] = stateOf(robot), text = robot.number + ("■!?".includes(sign) ? " " + sign : "");
 			this.plate(text, pose, reach * grown * scale + 12, kind, ...mine ? ["card", "ink"] : []);
 		}
 		this.robots = robots;
@@ -60,7 +60,7 @@ export class MapPicture {
 
 	onCanvas(number, draw) {
 		const {x, y, scale, width, height} = this.camera;
-		this.ctx = this.contexts[number];
+		Object.assign(this, {ctx: this.contexts[number], scale: 1});
 		this.ctx.clearRect(0, 0, width, height);
 		this.within([width / 2, height / 2, 0], scale, () => {
 			this.ctx.transform(1, 0, 0, -1, -x, y);
@@ -69,12 +69,15 @@ export class MapPicture {
 	}
 
 	within([x, y, heading], size, draw) {
+		const {scale} = this;
+		this.scale *= size;
 		this.ctx.save();
 		this.ctx.translate(x, y);
 		this.ctx.rotate(heading);
 		this.ctx.scale(size, size);
 		draw();
 		this.ctx.restore();
+		this.scale = scale;
 	}
 
 	path(...points) {
@@ -98,7 +101,7 @@ export class MapPicture {
 	}
 
 	stroke(colour, pixels, globalAlpha = 1) {
-		Object.assign(this.ctx, {strokeStyle: this.colour[colour], lineWidth: pixels / this.camera.scale, globalAlpha}).stroke();
+		Object.assign(this.ctx, {strokeStyle: this.colour[colour], lineWidth: pixels / this.scale, globalAlpha}).stroke();
 		return this;
 	}
 
@@ -118,13 +121,13 @@ export class MapPicture {
 
 	drawFloor({bounds: [x1, y1, x2, y2], grid, walls = [], boxes = [], posts = [], places = []}) {
 		const {camera} = this, {scale, width, height} = camera, thick = Math.max(2, Math.min(6, 0.06 * scale));
-		const [left, top] = camera.toWorld([0, 0]), [right, bottom] = camera.toWorld([width, height]), step = roundLength(scale, 90);
+		const [left, top] = camera.toWorld([0, 0]), [right, bottom] = camera.toWorld([width, height]);
 		const bar = roundLength(scale, Math.min(120, width / 5)), [from, low] = camera.toWorld([18, height - 20]);
 		this.onCanvas(0, () => {
 			if (grid) this.drawCells(grid);
 			else this.box(x1, y1, x2, y2).fill("card");
-			for (let x = Math.ceil(left / step) * step; x < right; x += step) this.path([x, top], [x, bottom]).stroke("line", 1, 0.6);
-			for (let y = Math.ceil(bottom / step) * step; y < top; y += step) this.path([left, y], [right, y]).stroke("line", 1, 0.6);
+			for (let x = Math.ceil(left / bar) * bar; x < right; x += bar) this.path([x, top], [x, bottom]).stroke("line", 1, 0.6);
+			for (let y = Math.ceil(bottom / bar) * bar; y < top; y += bar) this.path([left, y], [right, y]).stroke("line", 1, 0.6);
 			for (const {centre: [x, y], diameter, size: [wide, high] = []} of places)
 				(diameter ? this.disc([x, y], diameter / 2) : this.box(x - wide / 2, y - high / 2, x + wide / 2, y + high / 2)).fill("goal", 0.15).stroke("goal", 2);
 			for (const box of boxes) this.area(...box).fill("wall", 0.3).stroke("wall", thick / 2);
@@ -163,13 +166,13 @@ export class MapPicture {
 
 	drawTrail({robot: {trail, frame: {x, y}}, mine, origin}) {
 		this.within(origin, 1, () => {
-			for (const last of mine ? [4000, 400, 100] : [60]) this.path(...trail.slice(-last), [x, y]).stroke("program", mine ? 4 : 2, 0.35);
+			this.path(...trail.slice(mine ? -4000 : -60), [x, y]).stroke("program", mine ? 4 : 2, 0.5);
 		});
 	}
 
 	drawEchoes({robot, mine, origin}) {
 		if (!mine) this.within(origin, 1, () => {
-			for (const echo of echoesOf(robot.info, robot.frame)) this.disc(echo, 2 / this.camera.scale).fill("program", 0.7);
+			for (const echo of echoesOf(robot.info, robot.frame)) this.disc(echo, 2 / this.scale).fill("program", 0.7);
 		});
 	}
 
@@ -178,12 +181,12 @@ export class MapPicture {
 		const front = gripper && outline.length > 4 ? Math.max(...xs.filter(x => x < tip - 0.01)) : tip, head = front - 0.04;
 		const gap = gripper & (GRIP.moving | GRIP["holds something"]) ? 0.06 : gripper & GRIP.closed ? 0.02 : 0.12;
 		this.within(pose, grown, () => {
-			if (front < tip) for (const y of [-gap, gap]) this.path([front, y], [tip, y]).stroke("ink", Math.max(2, 0.03 * this.camera.scale));
+			if (front < tip) for (const y of [-gap, gap]) this.path([front, y], [tip, y]).stroke("ink", Math.max(2, 0.03 * this.scale));
 			if (gripper & GRIP["holds something"]) this.disc([tip - 0.05, 0], 0.03).fill("can");
 			this.area(...outline.filter(([x]) => x <= front));
 			if (mine) this.stroke("card", 7);
 			this.fill(stateOf(robot)[0], linked ? 1 : 0.4).stroke("ink", mine ? 2.5 : 1.25);
-			this.area([head, 0], [head - 0.24, 0.14], [head - 0.18, 0], [head - 0.24, -0.14]).fill("card");
+			this.area([head, 0], [head - 0.3, 0.17], [head - 0.2, 0], [head - 0.3, -0.17]).fill("card");
 		});
 	}
 }

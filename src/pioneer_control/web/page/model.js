@@ -76,14 +76,14 @@ export class Model {
 
 // How a robot is: [kind, for the colour; sign; word]. The worst comes first.
 export function stateOf(robot) {
-	const {status: {link, faults}, helm: {commander, who}} = robot;
-	if (!robot.is(FLAG.link) || link !== "ok") return ["none", "?", "no link"];
+	const {status: {link, faults}, helm: {commander}} = robot;
+	if (!robot.is(FLAG.link) || link !== "ok") return ["still", "?", "no link"];
 	if (robot.is(FLAG.button)) return ["error", "■", "STOP button"];
 	if (robot.locked) return ["error", "■", "stopped"];
 	if (robot.is(FLAG.stallLeft | FLAG.stallRight)) return ["error", "!", "stalled"];
 	if (robot.is(FLAG.bumpFront | FLAG.bumpRear)) return ["error", "!", "bumped"];
 	if (faults.some(fault => fault.level === "error")) return ["error", "!", "fault"];
-	if (commander === "person") return ["person", "◆", who || "by hand"];
+	if (commander === "person") return ["person", "◆", "by hand"];
 	if (commander === "program") return ["program", "▶", "program"];
 	return ["still", ...robot.is(FLAG.motors) ? ["●", "stands"] : ["○", "motors off"]];
 }

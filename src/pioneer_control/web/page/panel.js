@@ -47,8 +47,7 @@ const NUMBERS = {
 	Battery: robot => batteryText(robot.status.battery || {}, robot.is(FLAG.charging)),
 	Motors: robot => [robot.is(FLAG.motors) ? "on" : "off"],
 	Wheels: robot => flagged(robot, "not stalled", {"left stalled": FLAG.stallLeft, "right stalled": FLAG.stallRight}),
-	Bumpers: robot => flagged(robot, "not pressed", {"front pressed": FLAG.bumpFront, "rear pressed": FLAG.bumpRear}),
-	"STOP-button": robot => flagged(robot, "not pressed", {pressed: FLAG.button}),
+	Pressed: robot => flagged(robot, "nothing", {"front bumper": FLAG.bumpFront, "rear bumper": FLAG.bumpRear, "STOP button": FLAG.button}),
 	Gripper: ({frame: {gripper}}) => [gripper ? named(gripper, GRIP) || "half open" : "none"],
 };
 
@@ -70,10 +69,10 @@ function batteryText({volts, charge, level}, charging) {
 	return volts ? [words.filter(Boolean).join(" · "), level] : ["not known"];
 }
 
-function driver({locked, helm: {commander, who, you, programs, locks}}, motors) {
+function driver({locked, helm: {commander, who, you, locks}}, motors) {
 	return locked ? ["Stopped until somebody unlocks", locks.filter(lock => lock !== "stop").join(", ")] :
 		[commander === "program" ? "A program drives" : !commander ? "Nobody drives" : you ? "You drive" : `${who || "Somebody"} drives`,
-			!motors ? "Switch motors on to drive." : programs === "locked out" && "Programs are locked out."];
+			!motors ? "Switch motors on to drive." : commander === "person" && !you && !$("teacher").hidden && "Drive, and you take over."];
 }
 
 for (const title in NUMBERS) {
@@ -84,32 +83,32 @@ for (const title in NUMBERS) {
 
 export function showAll({list, log}, robot, live) {
 	showList(list, robot);
-	items($("log-list"), log, (item, {robot, text, level}) => put(item, (robot ? robot + ": " : "") + text, level));
+	items($("log"), log, (item, {robot, text, level}) => put(item, (robot ? robot + ": " : "") + text, level));
 	document.body.classList.toggle("empty", !robot);
 	if (robot) showRobot(robot, live, live && robot.info.yours !== false);
 }
 
-// The task of a class, for who has this robot. Who has as many points has the same place.
+// The task of a class, for who has this robot. The same points are the same place; none are no place yet.
 export function showTask(task, own) {
 	show("task", task);
 	$("tasks").value = task?.name || "";
 	if (!task) return;
-	const {title, text, state, clock, limit, ranking} = task, lines = new Map(ranking.map(({robot, who, points, note}) => [robot,
-		`${1 + ranking.findIndex(each => each.points === points)}. ${who || "robot"} (${robot}): ${points} points${note && ", " + note}`]));
+	const {title, text, state, clock, limit, ranking} = task;
 	put("task-title", "Task: " + title);
 	put("task-text", text);
 	put("task-clock", `${state}: ${clockText(clock)} of ${clockText(limit)}`);
-	put("task-own", lines.get(own), "person");
-	items($("ranking"), [...lines.values()], put);
+	const lines = ranking.filter(({who, points}) => who || points).map(({robot, who, points, note}) => [
+		`${points ? 1 + ranking.findIndex(each => each.points === points) + "." : "–"} ${who || "robot"} (${robot}): ${points} points${note && ", " + note}`, robot === own && "person"]);
+	items($("ranking"), lines, (item, line) => put(item, ...line));
 }
 
 function showRobot(robot, live, mine) {
-	const {number, info, frame, helm: {locks, programs, limit}, program: {path, key}, status} = robot, {decision, faults, link, lost} = status, locked = locks.length > 0;
+	const {number, info, frame, helm: {commander, you, locks, programs, limit}, program: {path, key}, status} = robot, {decision, faults, link, lost} = status, locked = locks.length > 0;
 	const [kind, sign] = stateOf(robot), motors = robot.is(FLAG.motors), [words, note] = driver(robot, motors);
-	const texts = {number: String(number), name: robot.own ? `Robot ${number} is yours` : info.name, model: info.model + (info.simulated ? " · simulated" : ""),
-		"driver-text": `${sign} ${words}`, "driver-note": !live ? "" : mine ? note : "You may look, but not drive this one.",
+	const texts = {number: String(number), name: robot.own ? "Your robot" : info.name, model: info.model + (info.simulated ? " · simulated" : ""),
+		"driver-text": `${sign} ${words}`, "driver-note": !live ? "" : mine ? note : "Not yours: look only.",
 		doing: decision?.doing, why: decision?.why && "because " + decision.why, "limit-text": limit[0].toFixed(2) + " m/s",
-		unlock: mine && locked && "Unlock", take: mine && !locked && ["driving", "free"].includes(programs) && "Drive by hand",
+		unlock: mine && locked && "Unlock", take: mine && !locked && !you && programs !== "locked out" && "Drive by hand",
 		release: mine && !locked && programs === "locked out" && "Let programs drive",
 		program: $("class").hidden && key && `In your program: Robot("ws://${location.host}${path}", key="${key}")`,
 		"motors-switch": mine && "Switch motors " + (motors ? "off" : "on")};
@@ -119,13 +118,14 @@ function showRobot(robot, live, mine) {
 	tint($("helm"), kind);
 	items($("faults"), link === "ok" ? faults : [{level: "error", task: "No link", text: lost || link}, ...faults],
 		(item, {level, task, text}) => put(item, `${level === "error" ? "✖" : "▲"} ${task}: ${text}`, level));
-	show("controls", mine);
+	document.body.classList.toggle("theirs", !mine || commander === "person" && !you && $("teacher").hidden);
 	show("grip", frame?.gripper);
 }
 
 function showList(list, chosen) {
 	const tiles = $("tiles");
 	show("list", list.length > 1 || !$("task").hidden);
+	show("unlock-all", list.some(robot => robot.locked));
 	items(tiles, list.map(robot => robot.number), (item, value) => make(item, "button", {value}));
 	list.forEach((robot, i) => {
 		const button = tiles.children[i].firstChild, [kind, sign, word] = stateOf(robot), pressed = String(robot === chosen);
