@@ -264,9 +264,20 @@ def test_the_pose_in_the_map_begins_where_the_odometry_begins(module):
 
 
 def test_an_echo_is_where_the_sonar_looks(module):
-    body = """return m.echoesOf({sonar: [[0.1, 0.2, Math.PI / 2], null, [0, 0, 0]]},
-        {x: 1, y: 1, heading: Math.PI, ranges: [2, 3, Infinity]})"""
-    assert module("model.js", body) == [pytest.approx([0.9, -1.2])]
+    body = """
+        const canvas = document.createElement("canvas"), camera = {x: 0, y: 0, scale: 10}, seen = [];
+        const picture = new m.MapPicture(canvas, canvas, camera), info = {sonar: [[0.1, 0.2, Math.PI / 2], null, [0, 0, 0], [0, 0, 0]]};
+        document.body.append(canvas);
+        picture.dress();
+        picture.contexts[1].fillRect = function(x, y, width, height) {
+            const at = this.getTransform().transformPoint({x: x + width / 2, y: y + height / 2});
+            seen.push([(at.x / devicePixelRatio - camera.width / 2) / 10, (camera.height / 2 - at.y / devicePixelRatio) / 10]);
+        };
+        picture.onCanvas(1, () => {
+            for (const mine of [true, false]) picture.drawEchoes({robot: {info, frame: {ranges: [2, 3, Infinity, NaN]}}, mine, pose: [1, 1, Math.PI]});
+        });
+        return seen"""
+    assert module("map.js", body) == [pytest.approx([0.9, -1.2])], "of a robot that is not the chosen one: that has cones"
 
 
 def test_robots_that_go_are_forgotten_and_others_kept(module):

@@ -2,7 +2,7 @@
 // Lengths are m in the map or in the frame of a robot; widths of lines are pixels.
 
 import {FLAG, GRIP} from "./frames.js";
-import {echoesOf, stateOf} from "./model.js";
+import {place, stateOf} from "./model.js";
 import {roundLength} from "./view.js";
 
 const NEAR = 0.5;	// m: an echo nearer than this is red, with a thick arc
@@ -170,9 +170,15 @@ export class MapPicture {
 		});
 	}
 
-	drawEchoes({robot, mine, origin}) {
-		if (!mine) this.within(origin, 1, () => {
-			for (const echo of echoesOf(robot.info, robot.frame)) this.disc(echo, 2 / this.scale).fill("program", 0.7);
+	drawEchoes({robot: {info, frame}, mine, pose}) {
+		if (!mine) this.within(pose, 1, () => {
+			const size = 4 / this.scale;
+			this.path().fill("program", 0.7);
+			info.sonar.forEach((one, i) => {
+				if (!one || !(frame.ranges[i] < Infinity)) return;
+				const [x, y] = place(one, [frame.ranges[i], 0]);
+				this.ctx.fillRect(x - size / 2, y - size / 2, size, size);
+			});
 		});
 	}
 

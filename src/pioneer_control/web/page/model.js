@@ -13,10 +13,6 @@ export function place([left, top, heading], [x, y]) {
 	return [left + x * cos - y * sin, top + x * sin + y * cos];
 }
 
-export function echoesOf({sonar}, {x, y, heading, ranges}) {
-	return sonar.map((one, i) => one && ranges[i] < Infinity && place([x, y, heading], place(one, [ranges[i], 0]))).filter(Boolean);
-}
-
 class Robot {
 	constructor(number) {
 		Object.assign(this, {number, frame: null, sent: 0, trail: [], ...UNTOLD});
