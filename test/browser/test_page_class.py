@@ -88,7 +88,7 @@ def test_a_teacher_is_told_that_driving_takes_over_and_another_student_sees_no_l
         page.server.say("helm", helm(1, commander="person", who="Ada", programs="locked out"))
         page.shows("driver-text", "Ada drives")
         look = page.js("return getComputedStyle(document.getElementById('stick')).opacity")
-        assert (page.text("driver-note"), look) == (("Drive, and you take over.", "1") if teacher_too else (None, "0.5"))
+        assert (page.text("driver-note"), look) == (("Drive: you take over.", "1") if teacher_too else ("Not yours: look only.", "0.5"))
 
 
 def test_unlock_all_is_there_only_while_a_robot_is_stopped(page):

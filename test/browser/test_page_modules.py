@@ -140,8 +140,9 @@ def test_gamepads(module):
             1)]),
             m.readPads([]), m.readPads([{...pad([0, -1], 4), connected: false}])]"""
     assert module("hand.js", body) == [
-        {"stick": None, "stop": False}, {"stick": [1, 0], "stop": False}, {"stick": None, "stop": True},
-        {"stick": None, "stop": False}, {"stick": None, "stop": False}]
+        {"any": True, "stick": None, "stop": False}, {"any": True, "stick": [1, 0], "stop": False},
+        {"any": True, "stick": None, "stop": True}, {"any": False, "stick": None, "stop": False},
+        {"any": False, "stick": None, "stop": False}]
 
 
 # --- Camera ---

@@ -44,6 +44,7 @@ export function listenHand(hand, on) {
 		if (!document.hasFocus()) return;		// as when the focus went: the shoulder button must be let go first
 		hand.put("pad", pads.stick);
 		if (size) checkGone();
+		return pads.any;
 	}
 
 	addEventListener("keydown", event => {

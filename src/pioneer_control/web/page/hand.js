@@ -59,10 +59,10 @@ export function stickAt(dx, dy) {
 	return [0 - dy * part, 0 - dx * part];
 }
 
-// Of gamepads: the stick of the first whose shoulder button (4 to 7) is held, and whether any B (1) is pressed.
+// Of gamepads: is there any, the stick of the first whose shoulder button (4 to 7) is held, is any B (1) pressed.
 export function readPads(pads) {
 	const all = [...pads].filter(pad => pad && pad.connected !== false), held = all.find(pad => pad.buttons.slice(4, 8).some(each => each.pressed));
-	return {stick: held ? stickAt(held.axes[0], held.axes[1]) : null, stop: all.some(pad => pad.buttons[1]?.pressed)};
+	return {any: all.length > 0, stick: held ? stickAt(held.axes[0], held.axes[1]) : null, stop: all.some(pad => pad.buttons[1]?.pressed)};
 }
 
 // Tells a robot what the hand wants: only right after a picture was drawn, and only while that picture is fresh.

@@ -10,14 +10,14 @@ import {Live} from "./source.js";
 import {TimeLine} from "./timeline.js";
 import {Camera, listenView} from "./view.js";
 
-const OLD = 500, READ = 400, SAID = 6000;		// ms: older pictures are called old; so long stay a number and a message
+const OLD = 500, READ = 400, SAID = 6000, TICK = 50;		// ms: a picture is old; a number, a message stay
 
 const model = new Model(), camera = new Camera(), picture = new MapPicture($("floor"), $("moving"), camera);
 const hand = new Hand(), deadman = new Deadman(message => live.send(message)), stopsToSend = new Set();
 const controls = listenHand(hand, {stop: () => timeline ? timeline.toggle() : stop(), gone: () => deadman.letGo(), key: pressed});
 const mine = {};		// in a class: this student's robot
 const toStop = () => mine.robot ?? chosen?.number ?? "all";
-let live = null, recording = null, timeline = null, chosen = null, unpacking = null, dirty = true, drawn = true, turnedAt = 0, saidAt = 0, ageAt = 0;
+let live = null, recording = null, timeline = null, chosen = null, unpacking = null, dirty = true, drawn = true, turnedAt = 0, asked = 0, saidAt = 0, ageAt = 0;
 
 function say(text) {
 	put("said", text);
@@ -93,6 +93,7 @@ function showClass({address, qr, students, paused, speed, tasks}) {
 function frames(list) {
 	for (const [frame, sent] of list) model.robot(frame.robot)?.take(frame, sent);
 	dirty = true;
+	wake();
 }
 
 function state(name, reason) {
@@ -193,14 +194,17 @@ listenForm($("say-text"), text => {
 });
 listenView($("moving"), camera, () => dirty = true, at => choose(picture.robotAt(at) ?? chosen?.number));
 
+// Sooner than the next turn of an endless row.
+const wake = () => asked ||= requestAnimationFrame(turn);
+
 function turn() {
-	requestAnimationFrame(turn);
-	controls.poll();
+	asked = 0;
+	if (controls.poll() || timeline?.playing) wake();
 	const now = performance.now(), want = hand.wants(), frame = chosen?.frame;
 	timeline?.advance((now - turnedAt) / 1000);
 	turnedAt = now;
 	try {		// the server waits until it is told
-		if (dirty || want) drawAll(frame);
+		if (dirty) drawAll(frame);
 		drawn = true;
 	} catch (error) {
 		drawn = false;
@@ -266,4 +270,5 @@ if ($("recording")) record(JSON.parse($("recording").textContent));
 else live = new Live("/page", firstWords(), {text, frames, state, recorded});
 onhashchange = () => live && location.hash && location.reload();
 new ResizeObserver(dress).observe($("moving"));
-turn();
+onkeydown = onpointermove = wake;
+setInterval(wake, TICK);

@@ -166,7 +166,7 @@ export class MapPicture {
 
 	drawTrail({robot: {trail, frame: {x, y}}, mine, origin}) {
 		this.within(origin, 1, () => {
-			this.path(...trail.slice(mine ? -4000 : -60), [x, y]).stroke("program", mine ? 4 : 2, 0.5);
+			this.path(...trail.slice(mine ? 0 : -60), [x, y]).stroke("program", mine ? 4 : 2, 0.5);
 		});
 	}
 

@@ -7,7 +7,7 @@ export function $(id) {
 	return document.getElementById(id);
 }
 
-// Changes only what is not yet so: a screen reader speaks only of what changed. The style sheet hides what has no words.
+// Only what changed: a screen reader says it. The style sheet hides what has no words.
 export function put(element, text, colour) {
 	if (typeof element === "string") element = $(element);
 	if (element.textContent !== (text || "")) element.textContent = text || "";
@@ -69,10 +69,11 @@ function batteryText({volts, charge, level}, charging) {
 	return volts ? [words.filter(Boolean).join(" · "), level] : ["not known"];
 }
 
-function driver({locked, helm: {commander, who, you, locks}}, motors) {
+// Who drives, and a hint. other: not this hand
+function driver({locked, helm: {commander, who, locks}}, motors, other) {
 	return locked ? ["Stopped until somebody unlocks", locks.filter(lock => lock !== "stop").join(", ")] :
-		[commander === "program" ? "A program drives" : !commander ? "Nobody drives" : you ? "You drive" : `${who || "Somebody"} drives`,
-			!motors ? "Switch motors on to drive." : commander === "person" && !you && !$("teacher").hidden && "Drive, and you take over."];
+		[other ? `${who || "Somebody"} drives` : {program: "A program drives", person: "You drive"}[commander] || "Nobody drives",
+			!motors ? "Switch motors on to drive." : other && "Drive: you take over."];
 }
 
 for (const title in NUMBERS) {
@@ -84,7 +85,7 @@ for (const title in NUMBERS) {
 export function showAll({list, log}, robot, live) {
 	showList(list, robot);
 	items($("log"), log, (item, {robot, text, level}) => put(item, (robot ? robot + ": " : "") + text, level));
-	document.body.classList.toggle("empty", !robot);
+	show("panel", robot);
 	if (robot) showRobot(robot, live, live && robot.info.yours !== false);
 }
 
@@ -104,11 +105,12 @@ export function showTask(task, own) {
 
 function showRobot(robot, live, mine) {
 	const {number, info, frame, helm: {commander, you, locks, programs, limit}, program: {path, key}, status} = robot, {decision, faults, link, lost} = status, locked = locks.length > 0;
-	const [kind, sign] = stateOf(robot), motors = robot.is(FLAG.motors), [words, note] = driver(robot, motors);
+	const [kind, sign] = stateOf(robot), motors = robot.is(FLAG.motors), other = commander === "person" && !you, [words, note] = driver(robot, motors, other);
+	const theirs = !mine || other && $("teacher").hidden;
 	const texts = {number: String(number), name: robot.own ? "Your robot" : info.name, model: info.model + (info.simulated ? " · simulated" : ""),
-		"driver-text": `${sign} ${words}`, "driver-note": !live ? "" : mine ? note : "Not yours: look only.",
+		"driver-text": `${sign} ${words}`, "driver-note": !live ? "" : theirs ? "Not yours: look only." : note,
 		doing: decision?.doing, why: decision?.why && "because " + decision.why, "limit-text": limit[0].toFixed(2) + " m/s",
-		unlock: mine && locked && "Unlock", take: mine && !locked && !you && programs !== "locked out" && "Drive by hand",
+		unlock: mine && locked && "Unlock", take: mine && !locked && !you && /driv|free/.test(programs) && "Drive by hand",
 		release: mine && !locked && programs === "locked out" && "Let programs drive",
 		program: $("class").hidden && key && `In your program: Robot("ws://${location.host}${path}", key="${key}")`,
 		"motors-switch": mine && "Switch motors " + (motors ? "off" : "on")};
@@ -118,7 +120,7 @@ function showRobot(robot, live, mine) {
 	tint($("helm"), kind);
 	items($("faults"), link === "ok" ? faults : [{level: "error", task: "No link", text: lost || link}, ...faults],
 		(item, {level, task, text}) => put(item, `${level === "error" ? "✖" : "▲"} ${task}: ${text}`, level));
-	document.body.classList.toggle("theirs", !mine || commander === "person" && !you && $("teacher").hidden);
+	document.body.classList.toggle("theirs", theirs);
 	show("grip", frame?.gripper);
 }
 
