@@ -10,7 +10,7 @@ import {Live} from "./source.js";
 import {TimeLine} from "./timeline.js";
 import {Camera, listenView} from "./view.js";
 
-const OLD = 500, READ = 400, SAID = 6000, TICK = 50;		// ms: a picture is old; a number, a message stay
+const OLD = 500, READ = 400, SAID = 6000, TICK = 200;		// ms: a picture is old; a number, a message stay
 
 const model = new Model(), camera = new Camera(), picture = new MapPicture($("floor"), $("moving"), camera);
 const hand = new Hand(), deadman = new Deadman(message => live.send(message)), stopsToSend = new Set();
@@ -18,6 +18,14 @@ const controls = listenHand(hand, {stop: () => timeline ? timeline.toggle() : st
 const mine = {};		// in a class: this student's robot
 const toStop = () => mine.robot ?? chosen?.number ?? "all";
 let live = null, recording = null, timeline = null, chosen = null, unpacking = null, dirty = true, drawn = true, turnedAt = 0, asked = 0, saidAt = 0, ageAt = 0;
+
+// Sooner than the next turn of an endless row.
+const wake = () => asked ||= requestAnimationFrame(turn);
+
+function redraw() {
+	dirty = true;
+	wake();
+}
 
 function say(text) {
 	put("said", text);
@@ -40,12 +48,12 @@ function choose(number) {
 	controls.drop();
 	chosen = model.robot(number) || model.list[0];
 	timeline?.dress(chosen?.number);
-	dirty = true;
+	redraw();
 }
 
 function changed() {
 	if (!model.list.includes(chosen)) choose(model.list.find(robot => robot.info.yours)?.number);
-	dirty = true;
+	redraw();
 }
 
 const TEXTS = {
@@ -92,8 +100,7 @@ function showClass({address, qr, students, paused, speed, tasks}) {
 
 function frames(list) {
 	for (const [frame, sent] of list) model.robot(frame.robot)?.take(frame, sent);
-	dirty = true;
-	wake();
+	redraw();
 }
 
 function state(name, reason) {
@@ -132,7 +139,7 @@ function dress() {
 	picture.dress();
 	timeline?.seek(recording.at);
 	timeline?.dress(chosen?.number);
-	dirty = true;
+	redraw();
 }
 
 const ACTIONS = {
@@ -179,7 +186,7 @@ function listenStop(button, robot) {
 document.onclick = ({target: {id, name, value}}) => {
 	ACTIONS[id]?.();
 	if (name) act(name, {}, value);
-	dirty = true;
+	redraw();
 };
 $("tiles").onclick = event => choose(Number(event.target.closest("button").value));
 $("grip").onclick = event => act("gripper", {command: event.target.value});
@@ -192,14 +199,11 @@ $("speed").onchange = event => act("speed", {speed: Number(event.target.value)},
 listenForm($("say-text"), text => {
 	if (live.send({do: "say", text})) $("say-text").value = "";
 });
-listenView($("moving"), camera, () => dirty = true, at => choose(picture.robotAt(at) ?? chosen?.number));
-
-// Sooner than the next turn of an endless row.
-const wake = () => asked ||= requestAnimationFrame(turn);
+listenView($("moving"), camera, redraw, at => choose(picture.robotAt(at) ?? chosen?.number));
 
 function turn() {
 	asked = 0;
-	if (controls.poll() || timeline?.playing) wake();
+	if (controls.poll()) wake();
 	const now = performance.now(), want = hand.wants(), frame = chosen?.frame;
 	timeline?.advance((now - turnedAt) / 1000);
 	turnedAt = now;
