@@ -88,17 +88,28 @@ def test_a_teacher_is_told_that_driving_takes_over_and_another_student_sees_no_l
         page.server.say("helm", helm(1, commander="person", who="Ada", programs="locked out"))
         page.shows("driver-text", "Ada drives")
         look = page.js("return getComputedStyle(document.getElementById('stick')).opacity")
-        assert (page.text("driver-note"), look) == (("Drive: you take over.", "1") if teacher_too else ("Not yours: look only.", "0.5"))
+        assert (page.text("driver-note"), look) == (("If you drive, you take over.", "1") if teacher_too else ("Not yours: look only.", "0.5"))
 
 
-def test_unlock_all_is_there_only_while_a_robot_is_stopped(page):
+def test_unlock_all_can_be_pressed_only_while_a_robot_is_stopped_and_moves_no_other_button(page):
     page.open(numbers=(1, 2), teacher=True)
-    page.shows("stop-all", "STOP all")
-    assert page.text("unlock-all") is None
+    disabled = "return document.getElementById('unlock-all').disabled"
+    until(lambda: page.js(disabled) is True, "none is stopped")
+    before = page.box("code-open"), page.box("say-text")
     page.server.say("helm", helm(2, locks=["stop"]))
-    page.shows("unlock-all", "Unlock all")
+    until(lambda: page.js(disabled) is False, "one is stopped")
+    assert (page.box("code-open"), page.box("say-text")) == before
     page.server.say("helm", helm(2))
-    until(lambda: page.text("unlock-all") is None, "none is stopped")
+    until(lambda: page.js(disabled) is True, "none is stopped")
+
+
+def test_a_student_cannot_unlock_what_the_teacher_stopped_and_is_told_so(page):
+    for teacher_too in (True, False):
+        page.open(numbers=(1, 2), teacher=teacher_too)
+        page.server.say("helm", helm(1, locks=["stop"], teacher=True))
+        page.shows("driver-text", "Stopped until somebody unlocks" if teacher_too else "Stopped by the teacher")
+        assert page.text("unlock") == ("Unlock" if teacher_too else None)
+        assert page.text("controls") is None, "nothing can be driven now"
 
 
 def test_the_teacher_sees_who_is_who_and_the_address_and_pauses(page):
@@ -183,7 +194,7 @@ def test_the_teacher_sets_the_speed_of_time_and_frees_a_robot(page):
 
 def test_the_teacher_hands_out_faults_and_ends_them(page):
     teacher(page)
-    for words, button in (("loss_0.2", "to chosen"), ("stop_button", "to all"), (" ", "to all")):
+    for words, button in (("loss_0.2", "fault to chosen"), ("stop_button", "fault to all"), (" ", "fault to all")):
         page.js("document.getElementById('fault').value = arguments[0];"
                 "[...document.querySelectorAll('#desk button')].find(b => b.textContent === arguments[1]).click()",
                 words, button)

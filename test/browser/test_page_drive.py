@@ -150,7 +150,7 @@ def test_without_new_pictures_nothing_is_driven(page, server):
 
 
 FOCUSABLE = """return [...document.querySelectorAll("a, button, input, select, summary, [tabindex]")]
-    .filter(e => e.checkVisibility() && e.tabIndex >= 0)"""
+    .filter(e => e.checkVisibility() && e.tabIndex >= 0 && !e.disabled)"""
 
 
 def test_the_space_bar_is_stop_and_nothing_else(page, server):

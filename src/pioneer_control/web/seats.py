@@ -169,6 +169,7 @@ class Seats:
             "you": False,
             "programs": programs,
             "locks": list(seat.controls.locks),
+            "teacher": bool(seat.teacher_locks and seat.controls.locks),
             "limit": [round(value, 3) for value in seat.limits],
         }, holder.visitor if holder else "")
 

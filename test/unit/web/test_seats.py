@@ -123,7 +123,7 @@ def test_one_seat_and_its_lease(room):
         assert "Ada" in room.does(BOB, order)[0]
     assert room.drives(BOB, robot=2) == [] and len(room.one.told) == 1
     assert room.told() == ({"robot": 1, "commander": "person", "who": "Ada", "you": False, "programs": "free",
-                            "locks": [], "limit": [0.2, 0.8]}, ADA.visitor)
+                            "locks": [], "teacher": False, "limit": [0.2, 0.8]}, ADA.visitor)
     room.now += LEASE - 0.01
     assert room.drives(BOB) != []
     room.now += 0.02
@@ -346,10 +346,13 @@ def test_a_robot_that_is_taken_from_its_person(room):
 def test_what_a_teacher_stops_only_a_teacher_unlocks(room):
     room.does(ADA, StopOrder(1))
     assert room.does(ADA, UnlockOrder(1)) == []
+    assert not room.told().value["teacher"]
     room.does(TEACHER, StopOrder("all"))
+    assert room.told().value["teacher"]
     room.does(ADA, StopOrder(1))
     assert "only the teacher unlocks it" in room.does(ADA, UnlockOrder(1))[0] and room.one.locks == ("stop",)
     assert room.does(OTHER_TEACHER, UnlockOrder("all")) == [] and room.one.locks == ()
+    assert not room.told().value["teacher"]
     room.does(ADA, StopOrder(1))
     assert room.does(ADA, UnlockOrder(1)) == []
 

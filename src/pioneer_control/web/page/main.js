@@ -261,14 +261,8 @@ function firstWords() {
 	return {key: session.word, visitor: kept.visitor};
 }
 
-const kept = storage("localStorage"), theme = $("theme"), system = matchMedia("(prefers-color-scheme: dark)");
-theme.value = kept.theme || "auto";
-theme.onchange = system.onchange = () => {
-	kept.theme = theme.value;
-	document.documentElement.classList.toggle("dark", theme.value === "dark" || theme.value !== "light" && system.matches);
-	dress();
-};
-theme.onchange();
+const kept = storage("localStorage");
+matchMedia("(prefers-color-scheme: dark)").onchange = dress;
 $("legend").open = innerWidth > 699;
 if ($("recording")) record(JSON.parse($("recording").textContent));
 else live = new Live("/page", firstWords(), {text, frames, state, recorded});

@@ -136,7 +136,7 @@ export class MapPicture {
 			this.path([from, low], [from + bar, low]).stroke("ink", 3);
 		});
 		this.plate(Number(bar.toFixed(2)) + " m", [from + bar / 2, low], 15, "card");
-		for (const {name, centre, diameter, size = [diameter]} of places) if (size[0] * scale > 20) this.plate(name, centre, 0, "goal");
+		for (const {name, centre, diameter, size = [diameter]} of places) if (size[0] * scale > 20) this.plate(name, centre, size.at(-1) * scale / 2 + 12, "goal");
 	}
 
 	drawCells(grid) {

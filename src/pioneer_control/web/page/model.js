@@ -81,5 +81,5 @@ export function stateOf(robot) {
 	if (faults.some(fault => fault.level === "error")) return ["error", "!", "fault"];
 	if (commander === "person") return ["person", "◆", "by hand"];
 	if (commander === "program") return ["program", "▶", "program"];
-	return ["still", ...robot.is(FLAG.motors) ? ["●", "stands"] : ["○", "motors off"]];
+	return ["still", ...robot.is(FLAG.motors) ? ["●", "stands"] : ["○", "off"]];
 }

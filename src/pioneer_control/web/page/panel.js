@@ -47,7 +47,7 @@ const NUMBERS = {
 	Battery: robot => batteryText(robot.status.battery || {}, robot.is(FLAG.charging)),
 	Motors: robot => [robot.is(FLAG.motors) ? "on" : "off"],
 	Wheels: robot => flagged(robot, "not stalled", {"left stalled": FLAG.stallLeft, "right stalled": FLAG.stallRight}),
-	Pressed: robot => flagged(robot, "nothing", {"front bumper": FLAG.bumpFront, "rear bumper": FLAG.bumpRear, "STOP button": FLAG.button}),
+	"Bumpers, button": robot => flagged(robot, "not pressed", {"front bumper": FLAG.bumpFront, "rear bumper": FLAG.bumpRear, "STOP button": FLAG.button}),
 	Gripper: ({frame: {gripper}}) => [gripper ? named(gripper, GRIP) || "half open" : "none"],
 };
 
@@ -70,10 +70,10 @@ function batteryText({volts, charge, level}, charging) {
 }
 
 // Who drives, and a hint. other: not this hand
-function driver({locked, helm: {commander, who, locks}}, motors, other) {
-	return locked ? ["Stopped until somebody unlocks", locks.filter(lock => lock !== "stop").join(", ")] :
+function driver({locked, helm: {commander, who, locks}}, motors, other, denied) {
+	return locked ? [denied ? "Stopped by the teacher" : "Stopped until somebody unlocks", locks.filter(lock => lock !== "stop").join(", ")] :
 		[other ? `${who || "Somebody"} drives` : {program: "A program drives", person: "You drive"}[commander] || "Nobody drives",
-			!motors ? "Switch motors on to drive." : other && "Drive: you take over."];
+			!motors ? "Switch motors on to drive." : other && "If you drive, you take over."];
 }
 
 for (const title in NUMBERS) {
@@ -104,13 +104,13 @@ export function showTask(task, own) {
 }
 
 function showRobot(robot, live, mine) {
-	const {number, info, frame, helm: {commander, you, locks, programs, limit}, program: {path, key}, status} = robot, {decision, faults, link, lost} = status, locked = locks.length > 0;
-	const [kind, sign] = stateOf(robot), motors = robot.is(FLAG.motors), other = commander === "person" && !you, [words, note] = driver(robot, motors, other);
-	const theirs = !mine || other && $("teacher").hidden;
+	const {number, info, frame, helm: {commander, you, teacher, locks, programs, limit}, program: {path, key}, status} = robot, {decision, faults, link, lost} = status, locked = locks.length > 0;
+	const [kind, sign] = stateOf(robot), motors = robot.is(FLAG.motors), other = commander === "person" && !you, student = $("teacher").hidden;
+	const denied = student && teacher, theirs = !mine || other && student, [words, note] = driver(robot, motors, other, denied);
 	const texts = {number: String(number), name: robot.own ? "Your robot" : info.name, model: info.model + (info.simulated ? " · simulated" : ""),
 		"driver-text": `${sign} ${words}`, "driver-note": !live ? "" : theirs ? "Not yours: look only." : note,
 		doing: decision?.doing, why: decision?.why && "because " + decision.why, "limit-text": limit[0].toFixed(2) + " m/s",
-		unlock: mine && locked && "Unlock", take: mine && !locked && !you && /driv|free/.test(programs) && "Drive by hand",
+		unlock: mine && locked && !denied && "Unlock", take: mine && !locked && !you && /driv|free/.test(programs) && "Drive by hand",
 		release: mine && !locked && programs === "locked out" && "Let programs drive",
 		program: $("class").hidden && key && `In your program: Robot("ws://${location.host}${path}", key="${key}")`,
 		"motors-switch": mine && "Switch motors " + (motors ? "off" : "on")};
@@ -120,14 +120,14 @@ function showRobot(robot, live, mine) {
 	tint($("helm"), kind);
 	items($("faults"), link === "ok" ? faults : [{level: "error", task: "No link", text: lost || link}, ...faults],
 		(item, {level, task, text}) => put(item, `${level === "error" ? "✖" : "▲"} ${task}: ${text}`, level));
-	document.body.classList.toggle("theirs", theirs);
+	document.body.classList.toggle("theirs", theirs || robot.locked);
 	show("grip", frame?.gripper);
 }
 
 function showList(list, chosen) {
 	const tiles = $("tiles");
 	show("list", list.length > 1 || !$("task").hidden);
-	show("unlock-all", list.some(robot => robot.locked));
+	$("unlock-all").disabled = !list.some(robot => robot.locked);
 	items(tiles, list.map(robot => robot.number), (item, value) => make(item, "button", {value}));
 	list.forEach((robot, i) => {
 		const button = tiles.children[i].firstChild, [kind, sign, word] = stateOf(robot), pressed = String(robot === chosen);

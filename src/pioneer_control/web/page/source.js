@@ -1,4 +1,4 @@
-// The live connection: first words, trying again, how old a message is, and which picture was drawn.
+// The live connection: how old a message is, and which picture was drawn.
 
 import {decodeFrames} from "./frames.js";
 

@@ -1,4 +1,4 @@
-// The time line of a recording: shows speed and marks; to play, to seek, to jump.
+// The time line of a recording: speed and marks; play, seek, jump.
 
 import {colours, sized} from "./map.js";
 import {$, clockText, put} from "./panel.js";
