@@ -225,7 +225,7 @@ function turn() {
 
 function drawAll(frame) {
 	dirty = !drawn;		// until one is drawn
-	if (camera.fitted && model.world) camera.fit(model.world.bounds);
+	if (camera.fitted && model.world) camera.fit(model.world.bounds, $("legend").offsetHeight + 9);
 	if (frame && (camera.follows || camera.fitted && !model.world)) [camera.x, camera.y] = model.pose(chosen);
 	$("follow").setAttribute("aria-pressed", camera.follows);
 	picture.draw(model, chosen);

@@ -6,7 +6,7 @@ import {place, stateOf} from "./model.js";
 import {roundLength} from "./view.js";
 
 const NEAR = 0.5;	// m: an echo nearer than this is red, with a thick arc
-const LEAST = 10;	// pixels: no robot is drawn with a smaller radius
+const LEAST = 10;	// pixels: the smallest radius of a robot
 
 export function colours() {
 	const style = getComputedStyle(document.documentElement);

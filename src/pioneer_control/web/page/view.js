@@ -23,10 +23,10 @@ export class Camera {
 		Object.assign(this, {x: this.x - dx / this.scale, y: this.y + dy / this.scale, follows: false, fitted: false});
 	}
 
-	fit([x1, y1, x2, y2]) {
-		const margin = 24, bottom = 56, wide = this.width - 2 * margin, high = this.height - margin - bottom;
+	fit([x1, y1, x2, y2], top = 24) {
+		const bottom = 56, wide = this.width - 48, high = this.height - top - bottom;
 		const scale = Math.max(1, Math.min(250, wide / Math.max(x2 - x1, 0.1), high / Math.max(y2 - y1, 0.1)));
-		Object.assign(this, {x: (x1 + x2) / 2, y: (y1 + y2 + (margin - bottom) / scale) / 2, scale, follows: false});
+		Object.assign(this, {x: (x1 + x2) / 2, y: (y1 + y2 + (top - bottom) / scale) / 2, scale, follows: false});
 	}
 }
 
