@@ -10,7 +10,7 @@ from selenium.webdriver.chrome.service import Service
 from page_server import LIMIT, PageServer, helm, robot_info, status, until, WORLD
 
 KEYS = {"ArrowUp": ("ArrowUp", 38), "ArrowLeft": ("ArrowLeft", 37), "ArrowRight": ("ArrowRight", 39),
-        "KeyW": ("w", 87), "KeyD": ("d", 68), "KeyS": ("s", 83), "KeyN": ("n", 78), "KeyP": ("p", 80),
+        "KeyW": ("w", 87), "KeyD": ("d", 68), "KeyS": ("s", 83),
         "KeyF": ("f", 70), "KeyL": ("l", 76), "Digit0": ("0", 48), "Equal": ("+", 187), "Space": (" ", 32),
         "Enter": ("Enter", 13), "End": ("End", 35), "Home": ("Home", 36), "Tab": ("Tab", 9)}
 
@@ -119,6 +119,12 @@ class Page:
         """Press and release a key."""
         self.down(code)
         self.up(code)
+
+    def choose(self, number):
+        """Choose a robot by its tile, with the keyboard."""
+        self.js("document.querySelector(`#tiles button[value='${arguments[0]}']`).focus()", number)
+        self.press("Enter")
+        self.shows("number", str(number))
 
     def box(self, element):
         """Return x, y, width, height of an element on the screen."""

@@ -36,15 +36,13 @@ def test_a_student_drives_no_other_robot_and_none_after_it_was_taken_away(page):
     page.server.say("join", False)
     page.shows("number", "2")
     page.js("document.activeElement.blur()")
-    page.press("KeyP")
-    page.shows("number", "1")
+    page.choose(1)
     page.down("KeyW")
     page.settle()
     page.settle()
     page.up("KeyW")
     assert page.server.drives() == []
-    page.press("KeyN")
-    page.shows("number", "2")
+    page.choose(2)
     page.server.say("mine", {"robot": None, "name": ""})
     page.server.say("join", True)
     page.shows("my-label", "Type your name")
@@ -62,8 +60,7 @@ def test_stop_is_for_the_students_own_robot_also_while_another_is_looked_at(page
     page.server.say("join", False)
     page.shows("stop-which", "robot 2")
     page.js("document.activeElement.blur()")
-    page.press("KeyP")
-    page.shows("number", "1")
+    page.choose(1)
     assert page.text("stop-which") == "robot 2" and page.text("controls") is None
     page.press("Space")
     page.click("stop")
@@ -112,6 +109,47 @@ def test_a_student_cannot_unlock_what_the_teacher_stopped_and_is_told_so(page):
         assert page.text("controls") is None, "nothing can be driven now"
 
 
+def test_a_student_may_type_at_once_also_before_there_is_a_robot(page):
+    page.open()
+    page.server.say("robots", [])
+    until(lambda: page.text("panel") is None, "there is no robot")
+    page.server.say("mine", {"robot": None, "name": ""})
+    page.server.say("join", True)
+    until(lambda: page.js("return document.activeElement.id") == "my-name", "the field has the focus")
+
+
+def test_the_line_for_a_program_goes_with_the_robot(page):
+    student(page)
+    page.server.say("mine", {"robot": 2, "name": "Ada"})
+    page.server.say("program", {"robot": 2, "path": "/robot/2", "key": "k2"})
+    page.shows("program", "k2")
+    page.server.say("mine", {"robot": None, "name": ""})
+    until(lambda: page.text("program") is None, "its key is not valid any more")
+
+
+def test_stop_all_stays_in_sight_when_the_teachers_list_is_scrolled(page):
+    page.resize(1280, 600)
+    page.open(numbers=tuple(range(1, 31)), teacher=True)
+    page.shows("tiles", "30")
+    page.js("const list = document.getElementById('list'); list.scrollTop = list.scrollHeight")
+    assert page.js("return document.getElementById('list').scrollTop") > 50
+    x, y = page.centre("stop-all")
+    assert page.js("return document.elementFromPoint(...arguments).id", x, y) == "stop-all"
+
+
+def test_that_a_picture_is_old_is_read_above_the_legend(page):
+    page.open(numbers=(1, 2), teacher=True)
+    page.js("document.getElementById('legend').open = true")
+    page.js("window.WebSocket = function() { setTimeout(() => this.onclose({})); }")
+    page.server.hang_up()
+    page.shows("old-words", "OLD PICTURE")
+    box = page.box("old-words")
+    covered = """const [x, y] = arguments, all = [...document.querySelectorAll('#old p, #legend')];
+        for (const each of all) each.style.pointerEvents = 'auto';
+        return document.elementFromPoint(x, y).closest('#legend') !== null"""
+    assert not page.js(covered, box[0] + 5, box[1] + 5)
+
+
 def test_the_teacher_sees_who_is_who_and_the_address_and_pauses(page):
     page.open(numbers=(1, 2), teacher=True)
     page.server.say("mine", {"robot": None, "name": ""})
@@ -132,7 +170,8 @@ def test_the_teacher_sees_who_is_who_and_the_address_and_pauses(page):
     until(lambda: page.box("class-code")[3] > 400, "the code is large")
     page.js("document.querySelector('#code button').click()")
     page.js("document.getElementById('class').open = true")
-    page.shows("students", "1 Ada <b>\n2 Bob, away")
+    page.shows("tiles", "Ada <b> · 12.6 V")
+    page.shows("tiles", "Bob, away")
     until(lambda: page.js("const c = document.getElementById('class-code'); return c.complete && c.naturalWidth"), "QR")
     page.click("pause")
     page.js("document.querySelector('[name=reset][value=all]').click()")
@@ -150,7 +189,8 @@ def teacher(page, **changes):
                                    "students": [[2, "Bob", "here"]], "worlds": ["classroom"],
                                    "tasks": [["square", "Drive a square"], ["goal", "Reach the goal"]]}, **changes))
     page.js("document.getElementById('class').open = true")
-    page.shows("students", "2 Bob")
+    page.shows("tiles", "Bob")
+    assert "Ada" not in page.text("tiles")
 
 
 def test_on_a_phone_a_student_sees_what_is_typed_and_then_that_the_robot_is_theirs(page):
@@ -184,8 +224,7 @@ def test_the_teacher_sets_the_speed_of_time_and_frees_a_robot(page):
     teacher(page, speed=2.0)
     assert page.js("return document.getElementById('speed').value") == "2"
     choose(page, "speed", "0.5")
-    page.press("KeyN")
-    page.shows("number", "2")
+    page.choose(2)
     page.js("document.querySelector('[name=free]').click()")
     until(lambda: page.server.of("free"), "both are sent")
     assert page.server.of("speed") == [{"do": "speed", "speed": 0.5}]

@@ -85,10 +85,9 @@ def test_a_hidden_tab_does_not_drive(page, server):
 def test_another_robot_must_be_driven_anew(page, server):
     page.open([1, 2])
     page.drive()
-    page.press("KeyN")
+    page.choose(2)
     until(lambda: server.drives()[-1] == (1, 0, 0))
     known = len(server.drives())
-    page.shows("number", "2")
     page.down("ArrowUp", repeat=True)
     assert page.driven(known) == []
     page.up("ArrowUp")

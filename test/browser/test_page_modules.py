@@ -281,6 +281,14 @@ def test_an_echo_is_where_the_sonar_looks(module):
     assert module("map.js", body) == [pytest.approx([0.9, -1.2])], "of a robot that is not the chosen one: that has cones"
 
 
+def test_a_robot_that_was_carried_begins_a_new_trail(module):
+    body = """
+        const model = new m.Model(); model.take("robots", [{robot: 1}]); const robot = model.robot(1);
+        for (const x of [0, 0.1, 0.11, 0.2, 5, 5.1]) robot.take({x, y: 0}, 0);
+        return robot.trail"""
+    assert module("model.js", body) == [[5, 0], [5.1, 0]]
+
+
 def test_robots_that_go_are_forgotten_and_others_kept(module):
     body = """
         const model = new m.Model(); model.take("robots", [{robot: 2}, {robot: 1}]); const one = model.robot(1);

@@ -84,7 +84,9 @@ function join(wanted) {
 	document.body.classList.toggle("joins", wanted);
 	put("my-label", wanted ? "Type your name to get a robot." : "Your name");
 	put("my-send", wanted ? "Join" : "Set");
-	if (wanted) $("my-name").focus();
+	if (!wanted) return;
+	show("panel", true);
+	$("my-name").focus();
 }
 
 function showClass({address, qr, students, paused, speed, tasks}) {
@@ -95,7 +97,7 @@ function showClass({address, qr, students, paused, speed, tasks}) {
 	put("class-address", address);
 	put("pause", paused ? "Go on" : "Pause");
 	$("speed").value = speed;
-	items($("students"), students, (item, [robot, name, state]) => put(item, `${robot} ${name}${state === "here" ? "" : ", away"}`));
+	model.students = new Map(students.map(([robot, name, state]) => [robot, name + (state === "here" ? "" : ", away")]));
 }
 
 function frames(list) {
@@ -157,9 +159,8 @@ function open(dialog) {
 }
 
 function pressed(key) {
-	const {list} = model, name = key.toUpperCase(), way = {N: 1, P: -1}[name], button = document.querySelector(`[aria-keyshortcuts~="${CSS.escape(name)}"]`);
+	const button = document.querySelector(`[aria-keyshortcuts~="${CSS.escape(key.toUpperCase())}"]`);
 	if (button?.offsetParent) button.click();
-	if (way) choose(list.at((list.indexOf(chosen) + way) % list.length)?.number);
 }
 
 function raise(by) {

@@ -3,6 +3,7 @@
 import {FLAG} from "./frames.js";
 
 const STEP = 0.03;		// m between two points of a trail
+const JUMP = 1;			// m: it was carried
 const MOST = 6000;		// points of a trail
 const UNTOLD = {status: {link: "ok", faults: []}, helm: {locks: [], limit: [0.2, 0.6]}, program: {}};	// until the server tells
 const NOTHING = {world: null, origins: {}, cans: [], goals: {}, task: null, log: []};
@@ -27,9 +28,10 @@ class Robot {
 	}
 
 	take(frame, sent) {
-		const {trail} = this, [x, y] = trail[trail.length - 1] || [];
+		const {trail} = this, [x, y] = trail[trail.length - 1] || [], way = Math.hypot(frame.x - x, frame.y - y);
 		Object.assign(this, {frame, sent});
-		if (Math.hypot(frame.x - x, frame.y - y) < STEP) return;
+		if (way < STEP) return;
+		if (way > JUMP) trail.length = 0;
 		if (trail.push([frame.x, frame.y]) > MOST) trail.splice(0, MOST / 4);
 	}
 }

@@ -82,10 +82,10 @@ for (const title in NUMBERS) {
 	make(cell, "dd", {id: title});
 }
 
-export function showAll({list, log}, robot, live) {
-	showList(list, robot);
+export function showAll({list, log, students}, robot, live) {
+	showList(list, robot, students);
 	items($("log"), log, (item, {robot, text, level}) => put(item, (robot ? robot + ": " : "") + text, level));
-	show("panel", robot);
+	show("panel", robot || document.body.matches(".joins"));
 	if (robot) showRobot(robot, live, live && robot.info.yours !== false);
 }
 
@@ -112,7 +112,7 @@ function showRobot(robot, live, mine) {
 		doing: decision?.doing, why: decision?.why && "because " + decision.why, "limit-text": limit[0].toFixed(2) + " m/s",
 		unlock: mine && locked && !denied && "Unlock", take: mine && !locked && !you && /driv|free/.test(programs) && "Drive by hand",
 		release: mine && !locked && programs === "locked out" && "Let programs drive",
-		program: $("class").hidden && key && `In your program: Robot("ws://${location.host}${path}", key="${key}")`,
+		program: mine && $("class").hidden && key && `In your program: Robot("ws://${location.host}${path}", key="${key}")`,
 		"motors-switch": mine && "Switch motors " + (motors ? "off" : "on")};
 	for (const id in texts) put(id, texts[id]);
 	show("decision", decision?.doing);
@@ -124,7 +124,7 @@ function showRobot(robot, live, mine) {
 	show("grip", frame?.gripper);
 }
 
-function showList(list, chosen) {
+function showList(list, chosen, students) {
 	const tiles = $("tiles");
 	show("list", list.length > 1 || !$("task").hidden);
 	$("unlock-all").disabled = !list.some(robot => robot.locked);
@@ -132,7 +132,7 @@ function showList(list, chosen) {
 	list.forEach((robot, i) => {
 		const button = tiles.children[i].firstChild, [kind, sign, word] = stateOf(robot), pressed = String(robot === chosen);
 		const {status: {battery}, helm: {who}} = robot, volts = battery && batteryText(battery)[0];
-		put(button, `${robot.number} ${sign} ${word}\n${[who, volts].filter(Boolean).join(" · ")}`, kind);
+		put(button, `${robot.number} ${sign} ${word}\n${[students?.get(robot.number) || who, volts].filter(Boolean).join(" · ")}`, kind);
 		if (button.getAttribute("aria-pressed") === pressed) return;
 		button.setAttribute("aria-pressed", pressed);
 		if (robot === chosen) button.scrollIntoView({block: "nearest", inline: "nearest"});
