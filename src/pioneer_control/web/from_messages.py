@@ -343,7 +343,7 @@ class WorldPicture:
             self.world = dict(self.world, name=message.data)
 
     def _take_cans(self, message: Any, now: float) -> None:
-        self.cans = [[round(value, 3) for value in (pose.position.x, pose.position.y, pose.position.z)]
+        self.cans = [[round(value, 2) for value in (pose.position.x, pose.position.y, pose.position.z)]
                      for pose in message.poses]
 
     def _take_tf(self, message: Any, now: float) -> None:
