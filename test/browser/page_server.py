@@ -61,8 +61,8 @@ def status(number, **changes):
 
 def helm(number, **changes):
     """Return the value of a text `helm`."""
-    return dict({"robot": number, "commander": "", "who": "", "you": False, "programs": "none", "locks": [], "teacher": False,
-                 "limit": [0.2, 0.6]}, **changes)
+    return dict({"robot": number, "commander": "", "who": "", "you": False, "programs": "none", "locks": [],
+                 "teacher": False, "limit": [0.2, 0.6]}, **changes)
 
 
 class PageServer:

@@ -85,7 +85,8 @@ def test_a_teacher_is_told_that_driving_takes_over_and_another_student_sees_no_l
         page.server.say("helm", helm(1, commander="person", who="Ada", programs="locked out"))
         page.shows("driver-text", "Ada drives")
         look = page.js("return getComputedStyle(document.getElementById('stick')).opacity")
-        assert (page.text("driver-note"), look) == (("If you drive, you take over.", "1") if teacher_too else ("Not yours: look only.", "0.5"))
+        expected = ("If you drive, you take over.", "1") if teacher_too else ("Not yours: look only.", "0.5")
+        assert (page.text("driver-note"), look) == expected
 
 
 def test_unlock_all_can_be_pressed_only_while_a_robot_is_stopped_and_moves_no_other_button(page):
@@ -271,7 +272,8 @@ def test_the_teacher_chooses_starts_and_ends_a_task(page):
     assert page.server.of("begin_task") == [{"do": "begin_task"}] and page.server.of("end_task") == [{"do": "end_task"}]
 
 
-OWN_LINES = "return [...document.querySelectorAll('#ranking li')].filter(item => item.style.color).map(item => item.textContent)"
+OWN_LINES = """return [...document.querySelectorAll("#ranking li")]
+    .filter(item => item.style.color).map(item => item.textContent)"""
 
 
 def test_a_student_sees_the_task_the_own_place_and_the_ranking(page):

@@ -267,18 +267,20 @@ def test_the_pose_in_the_map_begins_where_the_odometry_begins(module):
 def test_an_echo_is_where_the_sonar_looks(module):
     body = """
         const canvas = document.createElement("canvas"), camera = {x: 0, y: 0, scale: 10}, seen = [];
-        const picture = new m.MapPicture(canvas, canvas, camera), info = {sonar: [[0.1, 0.2, Math.PI / 2], null, [0, 0, 0], [0, 0, 0]]};
+        const info = {sonar: [[0.1, 0.2, Math.PI / 2], null, [0, 0, 0], [0, 0, 0]]};
+        const frame = {ranges: [2, 3, Infinity, NaN]};
+        const picture = new m.MapPicture(canvas, canvas, camera), ratio = 10 * devicePixelRatio, pose = [1, 1, Math.PI];
         document.body.append(canvas);
         picture.dress();
         picture.contexts[1].fillRect = function(x, y, width, height) {
             const at = this.getTransform().transformPoint({x: x + width / 2, y: y + height / 2});
-            seen.push([(at.x / devicePixelRatio - camera.width / 2) / 10, (camera.height / 2 - at.y / devicePixelRatio) / 10]);
+            seen.push([at.x / ratio - camera.width / 20, camera.height / 20 - at.y / ratio]);
         };
         picture.onCanvas(1, () => {
-            for (const mine of [true, false]) picture.drawEchoes({robot: {info, frame: {ranges: [2, 3, Infinity, NaN]}}, mine, pose: [1, 1, Math.PI]});
+            for (const mine of [true, false]) picture.drawEchoes({robot: {info, frame}, mine, pose});
         });
         return seen"""
-    assert module("map.js", body) == [pytest.approx([0.9, -1.2])], "of a robot that is not the chosen one: that has cones"
+    assert module("map.js", body) == [pytest.approx([0.9, -1.2])], "the chosen robot has cones instead"
 
 
 def test_a_robot_that_was_carried_begins_a_new_trail(module):

@@ -290,7 +290,8 @@ def test_every_text_stands_out_from_its_ground(page, server, theme):
     all_states(page, server)
     page.cdp("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": theme}])
     page.js("document.getElementById('help').showModal()")
-    until(lambda: page.js("return getComputedStyle(document.body).colorScheme") == ("dark" if theme == "dark" else "normal"))
+    scheme = "return getComputedStyle(document.body).colorScheme"
+    until(lambda: page.js(scheme) == {"dark": "dark", "light": "normal"}[theme])
     seen, found = page.js(CONTRASTS)
     assert seen > 60 and found == []
 
@@ -409,7 +410,8 @@ def test_the_system_chooses_light_or_dark(page, server):
 def test_the_map_turns_dark_with_the_system_while_it_is_shown(page, server):
     page.cdp("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "light"}])
     page.open()
-    floor = "const f = document.getElementById('floor'); return [...f.getContext('2d').getImageData(f.width / 2, f.height / 2, 1, 1).data]"
+    floor = """const canvas = document.getElementById("floor"), {width, height} = canvas;
+        return [...canvas.getContext("2d").getImageData(width / 2, height / 2, 1, 1).data]"""
     light = page.js(floor)
     page.cdp("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
     until(lambda: page.js(floor) != light, "the floor is drawn anew")
