@@ -15,6 +15,7 @@ import re
 import signal
 import sys
 import threading
+import time
 import types
 import xmlrpc.client
 from typing import Any, Dict, Iterator, List, Optional
@@ -55,7 +56,7 @@ def init_node(name: str) -> None:
     # Each byte is the number of a signal, or 0 when the program has ended.
     asked, ask = os.pipe()
     os.set_blocking(ask, False)
-    hooks_ran, over, ended = threading.Event(), threading.Event(), threading.Event()
+    hooks_ran, started, unregistered, over, ended = (threading.Event() for _ in range(5))
     signals: List[int] = []
     log = logging.handlers.QueueListener(queue.SimpleQueue())
     log.start()
@@ -72,7 +73,10 @@ def init_node(name: str) -> None:
         shutdown = threading.Thread(target=rospy.signal_shutdown, args=(reason,), daemon=True)
         shutdown.start()
         hooks_ran.wait()
+        patience = time.monotonic() + MASTER_PATIENCE
         shutdown.join(MASTER_PATIENCE)
+        if started.is_set():    # another thread may be shutting down (rosnode kill): rospy does not wait for it
+            unregistered.wait(max(0.0, patience - time.monotonic()))
         ended.set()
         if not rospy.is_shutdown() and not over.wait(MAIN_PATIENCE):
             sys.stdout.flush()
@@ -99,6 +103,8 @@ def init_node(name: str) -> None:
             raise
     if signals or rospy.core.is_shutdown_requested():
         sys.exit(0)
+    rospy.core.add_shutdown_hook(lambda reason: unregistered.set())     # runs after rospy's own hooks
+    started.set()
     _raise_listen_backlog()
     _publish_log_in_thread_of(log)
 
