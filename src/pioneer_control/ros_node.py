@@ -73,10 +73,10 @@ def init_node(name: str) -> None:
         shutdown = threading.Thread(target=rospy.signal_shutdown, args=(reason,), daemon=True)
         shutdown.start()
         hooks_ran.wait()
-        patience = time.monotonic() + MASTER_PATIENCE
+        deadline = time.monotonic() + MASTER_PATIENCE
         shutdown.join(MASTER_PATIENCE)
         if started.is_set():    # another thread may be shutting down (rosnode kill): rospy does not wait for it
-            unregistered.wait(max(0.0, patience - time.monotonic()))
+            unregistered.wait(max(0.0, deadline - time.monotonic()))
         ended.set()
         if not rospy.is_shutdown() and not over.wait(MAIN_PATIENCE):
             sys.stdout.flush()

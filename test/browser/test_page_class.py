@@ -14,6 +14,12 @@ def student(page, joins=True):
     until(lambda: page.js("return document.body.classList.contains('joins')") == joins, "it asks for a name")
 
 
+def give(page, robot):
+    """Say to the page that the student has a robot (none: that it was taken away) and need not say a name (must)."""
+    page.server.say("mine", {"robot": robot, "name": "Ada" if robot else ""})
+    page.server.say("join", robot is None)
+
+
 def test_a_student_says_a_name_and_gets_a_robot_with_its_key(page):
     student(page)
     page.shows("my-label", "Type your name")
@@ -32,8 +38,7 @@ def test_a_student_says_a_name_and_gets_a_robot_with_its_key(page):
 
 def test_a_student_drives_no_other_robot_and_none_after_it_was_taken_away(page):
     student(page)
-    page.server.say("mine", {"robot": 2, "name": "Ada"})
-    page.server.say("join", False)
+    give(page, robot=2)
     page.shows("number", "2")
     page.js("document.activeElement.blur()")
     page.choose(1)
@@ -43,8 +48,7 @@ def test_a_student_drives_no_other_robot_and_none_after_it_was_taken_away(page):
     page.up("KeyW")
     assert page.server.drives() == []
     page.choose(2)
-    page.server.say("mine", {"robot": None, "name": ""})
-    page.server.say("join", True)
+    give(page, robot=None)
     page.shows("my-label", "Type your name")
     page.js("document.activeElement.blur()")
     page.down("KeyW")
@@ -56,8 +60,7 @@ def test_a_student_drives_no_other_robot_and_none_after_it_was_taken_away(page):
 
 def test_stop_is_for_the_students_own_robot_also_while_another_is_looked_at(page):
     student(page)
-    page.server.say("mine", {"robot": 2, "name": "Ada"})
-    page.server.say("join", False)
+    give(page, robot=2)
     page.shows("stop-which", "robot 2")
     page.js("document.activeElement.blur()")
     page.choose(1)
@@ -71,8 +74,7 @@ def test_stop_is_for_the_students_own_robot_also_while_another_is_looked_at(page
 def test_a_student_sees_the_own_robot_from_near_and_may_see_all(page):
     student(page)
     assert page.text("stop-which") == "robot 1", "no robot yet: the chosen one"
-    page.server.say("mine", {"robot": 2, "name": "Ada"})
-    page.server.say("join", False)
+    give(page, robot=2)
     pressed = "return document.getElementById('follow').getAttribute('aria-pressed')"
     until(lambda: page.js(pressed) == "true", "it follows the own robot")
     page.click("fit")
@@ -114,8 +116,7 @@ def test_a_student_may_type_at_once_also_before_there_is_a_robot(page):
     page.open()
     page.server.say("robots", [])
     until(lambda: page.text("panel") is None, "there is no robot")
-    page.server.say("mine", {"robot": None, "name": ""})
-    page.server.say("join", True)
+    give(page, robot=None)
     until(lambda: page.js("return document.activeElement.id") == "my-name", "the field has the focus")
 
 
@@ -201,8 +202,7 @@ def test_on_a_phone_a_student_sees_what_is_typed_and_then_that_the_robot_is_thei
     for element, least in (("my-name", 250), ("my-label", 100), ("my-send", 40)):
         left, top, width, height = page.box(element)
         assert width >= least and left >= 0 and left + width <= 390 and top >= 0 and top + height <= 844, element
-    page.server.say("mine", {"robot": 2, "name": "Ada"})
-    page.server.say("join", False)
+    give(page, robot=2)
     page.shows("name", "Your robot")
 
 

@@ -289,11 +289,12 @@ def all_states(page, server):
 def test_every_text_stands_out_from_its_ground(page, server, theme):
     all_states(page, server)
     page.cdp("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": theme}])
-    page.js("document.getElementById('help').showModal()")
+    page.js("document.getElementById('help').showModal();"
+            "for (const part of document.querySelectorAll('details, [hidden]')) [part.hidden, part.open] = [false, true]")
     scheme = "return getComputedStyle(document.body).colorScheme"
     until(lambda: page.js(scheme) == {"dark": "dark", "light": "normal"}[theme])
     seen, found = page.js(CONTRASTS)
-    assert seen > 60 and found == []
+    assert seen > 80 and found == []
 
 
 def test_a_pale_text_is_seen(page, server):
@@ -374,6 +375,21 @@ def test_a_picture_that_cannot_be_drawn_is_told_and_ends_neither_driving_for_eve
     until(lambda: page.text("old") is None, "it draws again")
     known = len(page.server.drives())
     assert page.driven(known) == [], "the key must be pressed anew"
+
+
+def test_what_could_not_be_drawn_does_not_count_as_drawn_in_a_turn_without_news(page):
+    page.open()
+    page.js(BREAK)
+    page.shows("old", "NO PICTURE")
+    page.server.silent = True
+    page.js("""window.seen = new Set();
+        new MutationObserver(() => window.seen.add(document.getElementById("old-words").textContent))
+            .observe(document.getElementById("old"), {attributes: true, childList: true, subtree: true});
+        window.turns = 0; const count = () => ++window.turns < 60 && requestAnimationFrame(count); count();
+        window.press = setInterval(() => dispatchEvent(new KeyboardEvent("keydown", {key: "x"})), 20)""")
+    until(lambda: page.js("return window.turns") >= 60, "the page had many turns")
+    page.js("clearInterval(window.press); window.mend()")
+    assert page.js("return [...window.seen].filter(words => words !== 'NO PICTURE')") == []
 
 
 def test_a_map_without_room_is_drawn_all_the_same(page):

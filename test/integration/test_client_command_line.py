@@ -18,7 +18,7 @@ from pioneer_control.simulator.firmware import Firmware, FirmwareState
 from pioneer_control.simulator.world import load_world
 from pioneer_control.simulator.line import Server
 
-from real_time import LIMIT
+from real_time import LIMIT, until
 
 COMMAND = [sys.executable, "-m", "pioneer_control.client"]
 MOTION = {"VEL", "RVEL", "VEL2", "MOVE", "ROTATE", "HEAD", "DHEAD", "DCHEAD"}
@@ -71,8 +71,9 @@ def test_the_report(server, line):
     assert (report["limits"].startswith("0.75 m/s, 100 deg/s") and
             report["gripper"] == "paddles open, lift up, beams clear")
     assert report["sonar"].startswith("on; m: 0:- 1:-") and "15:-" in report["sonar"] and "?" not in report["sonar"]
-    # On a busy machine a packet may pause on its way for so long that the client gives it up: those bytes are counted.
     assert re.fullmatch(r"\d+ packets, 0 bad checksums, \d+ bytes discarded", report["link"])
+    # A busy machine may hold up a packet for so long that the client gives it up. That is luck; a defect is each time.
+    until(lambda: rows(run(port).stdout)["link"].endswith(", 0 bytes discarded"), "a report without discarded bytes")
 
 
 def test_it_never_moves_anything_and_closes_politely(server):

@@ -10,7 +10,7 @@ import {Live} from "./source.js";
 import {TimeLine} from "./timeline.js";
 import {Camera, listenView} from "./view.js";
 
-const OLD = 500, READ = 400, SAID = 6000, TICK = 200;		// ms: a picture is old; a number, a message stay
+const OLD = 500, READ = 400, SAID = 6000, TICK = 200;		// ms: a picture is old; a number, a message stay; a turn at least
 
 const model = new Model(), camera = new Camera(), picture = new MapPicture($("floor"), $("moving"), camera);
 const hand = new Hand(), deadman = new Deadman(message => live.send(message)), stopsToSend = new Set();
@@ -210,7 +210,7 @@ function turn() {
 	turnedAt = now;
 	try {		// the server waits until it is told
 		if (dirty) drawAll(frame);
-		drawn = true;
+		[dirty, drawn] = [false, true];
 	} catch (error) {
 		drawn = false;
 		console.error(error);
@@ -225,7 +225,6 @@ function turn() {
 }
 
 function drawAll(frame) {
-	dirty = !drawn;		// until one is drawn
 	if (camera.fitted && model.world) camera.fit(model.world.bounds, $("legend").offsetHeight + 9);
 	if (frame && (camera.follows || camera.fitted && !model.world)) [camera.x, camera.y] = model.pose(chosen);
 	$("follow").setAttribute("aria-pressed", camera.follows);
