@@ -14,9 +14,13 @@ from pioneer_control import p2os
 from pioneer_control.client.gripper import GripperReading, read_gripper
 from pioneer_control.client.odometry import Odometry
 from pioneer_control.message_values import GripStatus, LiftStatus
+from pioneer_control.floor_poses import Pose
+from pioneer_control.navigation.firings import timed
+from pioneer_control.navigation.values import Sensing
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.firmware import Firmware
-from pioneer_control.tutorial.snapshot import Grip, Lift, Pose, RobotShape, Snapshot
+from pioneer_control.simulator.hardware.robot_numbers import RobotNumbers
+from pioneer_control.tutorial.snapshot import Grip, Lift, RobotShape, Snapshot
 
 CYCLE = 0.1  # s from one standard packet to the next
 LATENCY = 0.08  # s from a packet to the arrival of the command that answers it
@@ -24,11 +28,12 @@ NOT_HEARD = 2.0  # s after which the driver forgets a range
 
 
 class Setup(NamedTuple):
-    """The equipment of a robot for a bench."""
+    """The equipment of a robot for a bench. `numbers`: of the simulated robot; those of robot.yaml if None."""
 
     model: str
     gripper: bool = False
     rear_sonar: bool = True
+    numbers: Optional[RobotNumbers] = None
 
 
 class SimulatedRobot:
@@ -38,7 +43,8 @@ class SimulatedRobot:
 
     def __init__(self, setup: Setup, world, seed: int):
         model = find_model(setup.model)
-        self.firmware = Firmware(model, world, gripper=setup.gripper, rear_sonar=setup.rear_sonar, seed=seed)
+        self.firmware = Firmware(
+            model, world, gripper=setup.gripper, rear_sonar=setup.rear_sonar, seed=seed, numbers=setup.numbers)
         fitted = model.with_arrays(front=True, rear=setup.rear_sonar)
         self.shape = RobotShape(fitted.sonar, model.outline(setup.gripper))
         self.model = model
@@ -52,19 +58,32 @@ class SimulatedRobot:
             self.firmware.receive(p2os.encode_command(*command))
 
     def listen(self) -> Snapshot:
-        """Let time pass until a standard packet has come, and return what is known then."""
+        """Let time pass until a standard packet has come, and return what is known then, for a wander."""
+        return self._snapshot(self._next_sip())
+
+    def sense(self) -> Sensing:
+        """Let time pass until a standard packet has come, and return what it says, for navigation."""
+        sip = self._next_sip()
+        return Sensing(self.firmware.time, Pose(*self._odometry.pose),
+                       timed(self._ranges(sip), self.firmware.time))
+
+    def _next_sip(self) -> p2os.Sip:
         while True:
             frames = self._decoder.feed(self.firmware.advance(CYCLE / 5))
             for frame in frames:
                 packet = p2os.decode_packet(frame)
                 if isinstance(packet, p2os.Sip):
-                    return self._snapshot(packet)
+                    self._odometry.update(packet.x_counts, packet.y_counts, packet.heading_units)
+                    return packet
+
+    def _ranges(self, sip: p2os.Sip) -> List[Tuple[int, float]]:
+        """Return number and range (m) of each reading in a packet, in its order."""
+        return [(reading.number, reading.range_units * self.model.range_mm_per_unit / 1000.0) for reading in sip.sonar]
 
     def _snapshot(self, sip: p2os.Sip) -> Snapshot:
         now = self.firmware.time
-        self._odometry.update(sip.x_counts, sip.y_counts, sip.heading_units)
-        for reading in sip.sonar:
-            self._heard[reading.number] = (reading.range_units * self.model.range_mm_per_unit / 1000.0, now)
+        for number, heard in self._ranges(sip):
+            self._heard[number] = (heard, now)
         ranges = tuple(heard[0] if heard and now - heard[1] < NOT_HEARD else 0.0 for heard in self._heard)
         grip = lift = None
         if self.firmware.gripper:

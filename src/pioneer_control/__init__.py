@@ -8,6 +8,8 @@ The folders:
 ``client``     drive a robot from plain Python over a serial port, TCP or a WebSocket
 ``driver``     the ROS node around the client
 ``simulator``  a simulated robot: world, body, firmware (only its node uses ROS)
+``maps``       maps of a floor, and their files
+``navigation`` where the robot is, what the map is, how it gets to a goal: with sonar alone
 ``tutorial``   the ``Pioneer`` class, which wanders and picks up cans
 ``teleop``     drive a robot by hand, with the keys of a terminal or a gamepad
 ``bags``       record runs in bags, replay them and draw them
@@ -15,10 +17,10 @@ The folders:
 =============  ==========================================================================
 
 The files that the folders share: ``errors`` (every exception), ``parameters`` (how a node checks its parameters),
-``message_values`` (what the numbers in messages mean), ``standard_messages`` (sonar and battery in messages of standard
-packages), ``port_url`` (the URL of a robot's port, and its key), ``ros_node`` (how a node starts and ends),
-``interrupt`` (Ctrl-C without a traceback), ``whole_file`` (write a file completely or not at all) and ``pictures``
-(what all pictures share).
+``floor_poses`` (poses and their transforms), ``message_values`` (what the numbers in messages mean),
+``standard_messages`` (sonar and battery in messages of standard packages), ``port_url`` (the URL of a robot's port, and
+its key), ``ros_node`` (how a node starts and ends), ``interrupt`` (Ctrl-C without a traceback), ``whole_file`` (write a
+file completely or not at all) and ``pictures`` (what all pictures share).
 
 ``import pioneer_control`` alone loads none of these files and folders, and neither rospy nor serial.
 """

@@ -289,8 +289,8 @@ def all_states(page, server):
 def test_every_text_stands_out_from_its_ground(page, server, theme):
     all_states(page, server)
     page.cdp("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": theme}])
-    page.js("document.getElementById('help').showModal();"
-            "for (const part of document.querySelectorAll('details, [hidden]')) [part.hidden, part.open] = [false, true]")
+    page.js("""document.getElementById("help").showModal();
+        for (const part of document.querySelectorAll("details, [hidden]")) [part.hidden, part.open] = [false, true]""")
     scheme = "return getComputedStyle(document.body).colorScheme"
     until(lambda: page.js(scheme) == {"dark": "dark", "light": "normal"}[theme])
     seen, found = page.js(CONTRASTS)

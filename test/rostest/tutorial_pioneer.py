@@ -19,11 +19,12 @@ from nav_msgs.msg import Odometry
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 from pioneer_control.errors import NoAnswerError, UsageError
+from pioneer_control.floor_poses import Pose
 from pioneer_control.message_values import GripStatus, LiftStatus
 from pioneer_control.msg import GripperState, MotorState
 from pioneer_control.tutorial.pick import Outcome
 from pioneer_control.tutorial.pioneer import Pioneer, WanderEnd
-from pioneer_control.tutorial.snapshot import Grip, Lift, Pose
+from pioneer_control.tutorial.snapshot import Grip, Lift
 from witness import PATIENCE, Witness, wait_until
 
 ROBOTS = "pioneer", "lonely", "handless"

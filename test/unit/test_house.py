@@ -21,6 +21,7 @@ PACKAGE = ROOT / "src" / "pioneer_control"
 # Which rooms a room may import from; every room may use errors and itself. Two never meet: simulator and client.
 ROOMS = {
     "errors": set(),
+    "floor_poses": set(),
     "interrupt": set(),
     "message_values": set(),
     "standard_messages": {"message_values", "robots", "msg"},
@@ -32,11 +33,13 @@ ROOMS = {
     "p2os": set(),
     "robots": {"p2os", "parameters"},
     "client": {"port_url", "p2os", "robots"},
+    "maps": {"parameters", "whole_file"},
+    "navigation": {"floor_poses", "maps", "parameters", "robots"},
     "driver": {"message_values", "standard_messages", "parameters", "port_url", "ros_node", "p2os", "robots", "client",
                "msg"},
-    "simulator": {"message_values", "parameters", "ros_node", "pictures", "p2os", "robots"},
+    "simulator": {"message_values", "parameters", "ros_node", "pictures", "maps", "p2os", "robots"},
     # robots: the outline, where a driver does not tell it
-    "tutorial": {"message_values", "ros_node", "robots", "msg"},
+    "tutorial": {"floor_poses", "message_values", "ros_node", "robots", "msg"},
     "teleop": {"message_values", "ros_node", "msg"},
     # robots: where the sonar of an old bag looks
     "bags": {"message_values", "parameters", "port_url", "ros_node", "standard_messages", "whole_file", "pictures",

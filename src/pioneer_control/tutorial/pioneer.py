@@ -18,12 +18,13 @@ from typing import List, Optional, Sequence, Tuple
 import rospy
 
 from ..errors import NoAnswerError, NotConfirmedError, RefusedError, UsageError
+from ..floor_poses import Pose
 from ..message_values import GripCommand, LiftCommand
 from ..robots import find_model
 from .commander import Commander
 from .pick import CLOSE, LOWER, OPEN, PICK, RAISE, Outcome, Step, holds, judge
 from .reports import Reports, Stopwatch
-from .snapshot import Grip, Heard, Lift, Pose, RobotShape, Snapshot
+from .snapshot import Grip, Heard, Lift, RobotShape, Snapshot
 from .wander import SPEED, STALE, can_leave, no_news
 from .wandering import WanderEnd, Wandering
 

@@ -10,11 +10,12 @@ import rospy
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool
 
+from ..floor_poses import Pose
 from ..message_values import heading_of
 from ..msg import GripperState, MotorState, RobotInfo, SonarArray, Stall
 from ..robots import Transducer
 from .sights import KEPT, Sight, Sights
-from .snapshot import Grip, Heard, Lift, Pose, RobotShape
+from .snapshot import Grip, Heard, Lift, RobotShape
 
 MOTORS_ON = 1  #: the value of `state` in messages on motor_state and cmd_motor_state when motors are on
 LINK_LOST = 1.0  #: s without a pose after which the link counts as down; then the driver has switched the motors off

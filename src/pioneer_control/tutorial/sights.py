@@ -7,7 +7,7 @@ gives the same result as the robot.
 from collections import deque
 from typing import Any, Deque, Iterator, NamedTuple, Optional, Tuple
 
-from .snapshot import Pose
+from ..floor_poses import Pose
 
 #: ns; when a stamp is earlier than the stamp before it by more than this, time has jumped back: a bag starts again.
 JUMP_BACK = 1_000_000_000

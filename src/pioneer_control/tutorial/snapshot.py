@@ -9,6 +9,7 @@ import math
 from typing import Iterable, NamedTuple, Optional, Tuple
 
 from ..errors import NoAnswerError
+from ..floor_poses import Pose
 from ..robots import RobotModel, Transducer
 from .clearance import Outline, Point
 
@@ -23,14 +24,6 @@ LOOK = 0.25
 
 #: A gap between two sonar cones that is not wider than this is allowed [m].
 BLIND_GAP = 0.05
-
-
-class Pose(NamedTuple):
-    """The pose of the robot by odometry: x, y [m] and heading [rad] in the odom frame."""
-
-    x: float
-    y: float
-    heading: float
 
 
 class Grip(NamedTuple):
@@ -136,7 +129,7 @@ class Snapshot(NamedTuple):
 
     time: float  #: s, ROS time; in a wander it is the stamp of the sonar message
     age: float  #: s, the age of pose or ranges, whichever is older
-    pose: Pose
+    pose: Pose  #: by odometry, in the odom frame
     ranges: Tuple[float, ...]  #: m, the index is the transducer number; 0.0 means no recent reading
     robot: RobotShape
     grip: Optional[Grip] = None  #: None without a gripper

@@ -23,10 +23,11 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import List, NamedTuple, Optional, Tuple
 
+from ..floor_poses import Pose
 from ..robots import Transducer
 from .clearance import Point
 from .echoes import Echo, remember
-from .snapshot import Pose, Snapshot
+from .snapshot import Snapshot
 
 SPEED = 0.1  #: m/s, default speed, as in the tutorial
 TURN_RATE = 0.4  #: rad/s, speed of turns on the spot

@@ -2,8 +2,9 @@
 
 import math
 
+from pioneer_control.floor_poses import Pose
 from pioneer_control.robots import find_model
-from pioneer_control.tutorial.snapshot import Pose, RobotShape, Snapshot
+from pioneer_control.tutorial.snapshot import RobotShape, Snapshot
 
 NO_ECHO = 5.0
 

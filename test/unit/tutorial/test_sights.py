@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pioneer_control.floor_poses import Pose
 from pioneer_control.tutorial.sights import JUMP_BACK, KEPT, Sights
-from pioneer_control.tutorial.snapshot import Pose
 
 SECOND = 10 ** 9
 FIRST = 1_700_000_000 * SECOND

@@ -5,7 +5,8 @@ import math
 import pytest
 
 from pioneer_control.errors import NoAnswerError
-from pioneer_control.tutorial.snapshot import Grip, Heard, Lift, Pose, RobotShape
+from pioneer_control.floor_poses import Pose
+from pioneer_control.tutorial.snapshot import Grip, Heard, Lift, RobotShape
 from robots_and_snapshots import shape
 
 

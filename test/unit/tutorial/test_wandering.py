@@ -5,9 +5,10 @@ import random
 
 import pytest
 
+from pioneer_control.floor_poses import Pose
 from pioneer_control.message_values import GripStatus
 from pioneer_control.tutorial.sights import Sight
-from pioneer_control.tutorial.snapshot import Grip, Heard, Pose
+from pioneer_control.tutorial.snapshot import Grip, Heard
 from pioneer_control.tutorial.wander import STALE, Memory
 from pioneer_control.tutorial.wandering import WanderEnd, Wandering
 from robots_and_snapshots import shape

@@ -1,0 +1,34 @@
+"""Poses on the floor, and their transforms between frames.
+
+The simulator has transforms of its own, which give the same bits on every computer (`simulator.world.poses`).
+"""
+
+import math
+from typing import NamedTuple
+
+
+class Pose(NamedTuple):
+    """x, y (m) and heading (rad, counter-clockwise from the x axis) of a robot in some frame."""
+
+    x: float
+    y: float
+    heading: float
+
+
+def wrapped(angle: float) -> float:
+    """Return an angle (rad) between -pi and pi."""
+    return math.remainder(angle, 2.0 * math.pi)
+
+
+def compose(frame: Pose, pose: Pose) -> Pose:
+    """Transform `pose`, which is relative to `frame`, into the frame of `frame`. The heading is wrapped."""
+    cosine, sine = math.cos(frame.heading), math.sin(frame.heading)
+    return Pose(frame.x + pose.x * cosine - pose.y * sine, frame.y + pose.x * sine + pose.y * cosine,
+                wrapped(frame.heading + pose.heading))
+
+
+def relative(frame: Pose, pose: Pose) -> Pose:
+    """Return `pose` relative to `frame`. Both are poses in the same frame. The heading is wrapped."""
+    cosine, sine = math.cos(frame.heading), math.sin(frame.heading)
+    x, y = pose.x - frame.x, pose.y - frame.y
+    return Pose(x * cosine + y * sine, y * cosine - x * sine, wrapped(pose.heading - frame.heading))
