@@ -4,6 +4,7 @@ about them.
 ``geometry``      tests and distances between outlines or points and walls or posts
 ``poses``         transforms of poses and outlines between frames, equal to the last bit on every computer
 ``echoes``        the range that sonar measures: the distance to the nearest point of anything solid in its cone
+``mirrors``       the same among walls that return no echo to sound that meets them at a slant
 ``crowd``         the bodies of robots, found by place; ``pushing``: how robots push cans
 ``grids``         borders and free areas of a grid of cells; ``start_poses``: where many robots can stand at first
 ``world_loader``  loads worlds of our own format; ``ros_map`` and ``aria_map``: other maps; ``yaml_nodes`` reads YAML

@@ -29,7 +29,8 @@ _NUDGE = 1e-13  # m: a sensor exactly on a wall's line counts as this far beside
 _SPARE = 1e-6  # m: added so that rounding does not drop a solid at the border of a sector
 
 # Candidates kept as bytes need a fifth of the memory. With many robots, access to memory takes most of the time.
-_unpacked: Callable[[bytes], Iterator[Any]] = struct.Struct("6d").iter_unpack
+unpacked: Callable[[bytes], Iterator[Any]] = struct.Struct("6d").iter_unpack
+"""Function that returns each `Candidate` of packed candidates."""
 
 
 class Surroundings(Protocol):
@@ -46,16 +47,15 @@ class Ear:
         world: the world whose walls, posts and robots the sonar detects.
         half_width: angle (rad) between the axis of a cone and its edge, above 0 and at most pi / 4.
         maximum: longest range (m).
-        slant: tangent of the largest angle between sound and a wall's normal at which the wall returns an echo.
 
     Raises:
         UsageError: `half_width` is not above 0, or is more than pi / 4.
     """
 
-    def __init__(self, world: Surroundings, half_width: float, maximum: float, slant: float = math.inf):
+    def __init__(self, world: Surroundings, half_width: float, maximum: float):
         if not 0.0 < half_width <= math.pi / 4.0:
             raise UsageError("half_width %r rad: a sonar cone's must be above 0 and at most pi / 4" % half_width)
-        self._world, self._maximum, self._slant = world, maximum, slant
+        self._world, self._maximum = world, maximum
         borders = [2.0 * math.pi / SECTORS * key for key in range(SECTORS)]
         self._rights = np.array([unit(border - half_width) for border in borders])
         self._lefts = np.array([unit(border + 2.0 * math.pi / SECTORS + half_width) for border in borders])
@@ -87,7 +87,7 @@ class Ear:
         candidates = earshot[math.floor(heading * SECTORS_PER_RADIAN) % SECTORS]
         nearest = self._maximum
         if candidates:
-            nearest = echo(_unpacked(candidates), x, y, right, left, nearest, self._slant)
+            nearest = echo(unpacked(candidates), x, y, right, left, nearest)
         others = self._world.crowd.near(x, y, nearest, listener)
         if others:
             room = nearest + self._world.crowd.reach
@@ -102,8 +102,13 @@ class Ear:
                     continue    # the body is beside the cone: the usual case
                 if (to_x * to_x + to_y * to_y < room * room and body is not listener
                         and disc_echo(to_x, to_y, reach, right, left) < nearest):
-                    nearest = echo(body.candidates, x, y, right, left, nearest, self._slant)
+                    nearest = echo(body.candidates, x, y, right, left, nearest)
         return nearest
+
+    def _candidates(self, x: float, y: float, heading: float) -> bytes:
+        """Return the walls and posts that a transducer at (x, y) may detect, packed and sorted by least distance."""
+        return self._earshot(math.floor(x / SQUARE), math.floor(y / SQUARE))[
+            math.floor(heading * SECTORS_PER_RADIAN) % SECTORS]
 
     def _listen(self, column: int, row: int) -> "Earshot":
         """Compute the `Earshot` of the square of floor in this column and row. The results are cached."""
@@ -159,7 +164,7 @@ def _audible(solids: Solids, x: float, y: float, spread: float, rights: Array, l
 
 
 def echo(
-    candidates: Iterable[Candidate], x: float, y: float, right: Point, left: Point, maximum: float, slant: float,
+    candidates: Iterable[Candidate], x: float, y: float, right: Point, left: Point, maximum: float,
 ) -> float:
     """Return the distance (m) from a sensor at (x, y) to the nearest candidate in its cone.
 
@@ -170,7 +175,6 @@ def echo(
         right: unit vector along the right edge of the cone.
         left: unit vector along the left edge of the cone.
         maximum: longest range (m).
-        slant: tangent of the largest angle between sound and a wall's normal at which the wall returns an echo.
 
     Returns:
         The distance, at most `maximum`; 0 inside a post.
@@ -214,7 +218,7 @@ def echo(
             continue
         t = low if low > 0.0 else -high if high < 0.0 else 0.0
         squared = aside * aside + t * t
-        if squared < nearest * nearest and not t > slant * abs(aside):
+        if squared < nearest * nearest:
             nearest = math.sqrt(squared)
     return nearest
 

@@ -14,9 +14,9 @@ import numpy as np
 
 from ...errors import WorldError
 from .crowd import Crowd
-from .echoes import Ear
 from .geometry import Array, Solids
 from .grids import flood
+from .mirrors import ear_of
 from .poses import Point, Pose, hypot
 
 SONAR_PLANE = 0.17
@@ -140,10 +140,10 @@ class World:
         self.solids = Solids(self.walls, self.posts)
         """All walls and posts, in the form for computation."""
         self._neighbourhood = functools.lru_cache(_KEPT_NEIGHBOURHOODS)(self._find)
-        self.ear = functools.lru_cache(maxsize=None)(functools.partial(Ear, self))
+        self.ear = functools.lru_cache(maxsize=None)(functools.partial(ear_of, self))
         """Function that returns the `Ear` of this world for sonar transducers with the given cone.
 
-        It takes the arguments of `Ear` without the world. Equal arguments give the same `Ear`.
+        It takes the arguments of `ear_of` without the world. Equal arguments give the same `Ear`.
         """
         self.crowd = Crowd()
         """The bodies of the robots of one `Simulation`, which are obstacles to each other."""
