@@ -24,6 +24,15 @@ def test_a_simulated_robot_may_err_as_a_file_says(launch, arguments, node):
     assert launched(launch, *arguments).params[node + "/numbers_file"].value == ""
 
 
+@pytest.mark.parametrize("launch, arguments, node, usual", [
+    ("simulator.launch", [], "/simulator", False), ("pioneer.launch", ["sim:=true"], "/pioneer/simulator", False),
+    ("demo.launch", [], "/pioneer/simulator", True)])
+def test_a_simulated_robot_may_err_as_a_real_one(launch, arguments, node, usual):
+    assert launched(launch, *arguments).params[node + "/real"].value is usual
+    assert launched(launch, "real:=true", *arguments).params[node + "/real"].value is True
+    assert launched(launch, "real:=false", *arguments).params[node + "/real"].value is False
+
+
 def test_what_ends_badly_at_the_start_ends_the_launch():
     """A program that fails at its start (wrong world, wrong model) ends the launch. With required:=false it does not.
     """

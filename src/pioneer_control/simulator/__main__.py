@@ -10,7 +10,6 @@ from typing import Any, Dict, List, Optional, Union
 from ..errors import PioneerError, UsageError
 from ..p2os.recording import Entry, read_record
 from ..robots import find_model, load_table
-from .hardware import load_numbers
 from .line import Fault, LineRecorder, LineSimulation, Server, fault_of, load_faults
 from .line.faults import KINDS
 from .line.lines import STANDARD_PORT
@@ -113,7 +112,7 @@ def simulation_of(options: argparse.Namespace, world: Optional[World] = None) ->
         world or load_world(options.world), find_model(options.model, options.models), options.robots, options.name,
         options.seed,
         gripper=options.gripper, rear_sonar=options.rear_sonar, noise=options.noise,
-        numbers=load_numbers(options.numbers))
+        numbers_file=options.numbers, real=options.real)
 
 
 def played_robot(options: argparse.Namespace) -> PlayedRobot:
@@ -233,6 +232,8 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
     "--no-rear-sonar": dict(action="store_false", dest="rear_sonar", help="fit no rear sonar array"),
     "--name": dict(help="the robot's own name; several are numbered, NAME_0001 and up (default: sim_0001 and up)"),
     "--models": dict(metavar="FILE", help="a models file that overrides or adds robot models"),
+    "--real": dict(action="store_true",
+                   help="wheels and sonar err as those of real robots, drawn from the seed; see docs/worlds.md"),
     "--numbers": dict(metavar="FILE", help="a file that overrides numbers of robot.yaml"),
 }
 """Options of the command line, in the order of the help text, with their arguments for argparse."""

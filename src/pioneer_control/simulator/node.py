@@ -47,7 +47,6 @@ from ..robots import find_model
 from ..ros_node import init_node
 from ..srv import AddFault, AddFaultResponse
 from .firmware import Firmware
-from .hardware import load_numbers
 from .hardware.gripper import ParallelGripper
 from .line import Server, fault_of, load_faults
 from .parameters import SimulatorParameters, check_parameters
@@ -130,8 +129,7 @@ def simulation_of(parameters: SimulatorParameters) -> Simulation:
     return simulate(
         world, find_model(parameters.model, parameters.models_file or None), parameters.robots,
         parameters.name if parameters.robots == 1 else None, parameters.seed, gripper=parameters.gripper,
-        rear_sonar=parameters.rear_sonar,
-        numbers=load_numbers(parameters.numbers_file or None))
+        rear_sonar=parameters.rear_sonar, numbers_file=parameters.numbers_file or None, real=parameters.real)
 
 
 class RobotTruth:

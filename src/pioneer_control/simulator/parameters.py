@@ -60,6 +60,7 @@ class SimulatorParameters:
     name: str = parameter("sim_0001", Text(), "name of the robot; several robots are sim_0001, sim_0002, ...")
     models_file: str = parameter("", Text(empty=True),
                                  "a models file that overrides or adds robot models; empty for none")
+    real: bool = parameter(False, Switch(), "whether wheels and sonar err as those of real robots, by the seed")
     numbers_file: str = parameter("", Text(empty=True), "a file that overrides numbers of robot.yaml; empty for none")
     map_frame: str = parameter("map", Text(slash=False), "frame of the world")
     odom_frame_id: str = parameter("odom", Text(slash=False), "frame of the robot's odometry")

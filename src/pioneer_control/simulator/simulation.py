@@ -19,6 +19,7 @@ from ..errors import ParameterError
 from ..robots import RobotModel
 from .clock import NEVER_US, Clock
 from .firmware import Firmware
+from .hardware import load_numbers
 from .world import World, standing_places
 from .world.crowd import Crowd
 from .world.poses import Pose
@@ -96,7 +97,10 @@ class Simulation:
         self.clock.now_us = end_us
 
 
-def simulate(world: World, model: RobotModel, count: int, name: Optional[str], seed: int, **options: Any) -> Simulation:
+def simulate(
+    world: World, model: RobotModel, count: int, name: Optional[str], seed: int, numbers_file: Optional[str] = None,
+    real: bool = False, **options: Any,
+) -> Simulation:
     """Return a simulation with robots of one model, for the command line and the ROS node.
 
     Args:
@@ -106,13 +110,18 @@ def simulate(world: World, model: RobotModel, count: int, name: Optional[str], s
         name: name of a single robot. Several robots have this name with a number: ``NAME_0001``, ``NAME_0002`` and so
             on. If None, the names are ``sim_0001``, ``sim_0002`` and so on.
         seed: random seed of the first robot. Each next robot has the next seed.
+        numbers_file: file that overrides numbers of ``robot.yaml``. None if there is none.
+        real: whether wheels and sonar err as those of real robots, by the seed of each; see `hardware.real_numbers`.
         options: other arguments of `Firmware`.
 
     Raises:
-        ParameterError: the world has no room for all robots, or `Firmware` raises it.
+        ParameterError: the world has no room for all robots, the file is not legal, or `Firmware` raises it.
     """
     simulation = Simulation(world)
+    numbers = load_numbers(numbers_file)
     for number, pose in enumerate(standing_places(world, model, count)):
         called = name if name and count == 1 else "%s_%04d" % (name or "sim", number + 1)
-        simulation.add(model, pose, name=called, seed=seed + number, **options)
+        if real:
+            numbers = load_numbers(numbers_file, seed + number)
+        simulation.add(model, pose, name=called, seed=seed + number, numbers=numbers, **options)
     return simulation

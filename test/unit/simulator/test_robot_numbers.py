@@ -1,9 +1,14 @@
 """robot.yaml, and a user's file that overrides it."""
 
+import dataclasses
+
 import pytest
 
 from pioneer_control.errors import ParameterError
-from pioneer_control.simulator.hardware import load_numbers
+from pioneer_control.simulator.hardware import load_numbers, real_numbers
+from pioneer_control.simulator.hardware.robot_numbers import REAL_RANGES
+
+LARGER_OF_SEED_7 = 0.028386396536234    # it may never change: recorded runs and measured figures name their seeds
 
 
 def test_own_numbers():
@@ -17,6 +22,26 @@ def test_an_override_changes_what_it_names(tmp_path):
     numbers = load_numbers(str(path))
     assert (numbers.sonar.noise, numbers.sonar.maximum, numbers.sonar.minimum) == (0, 3, 0.1)
     assert numbers.session.watchdog_ms == 500
+
+
+def test_real_numbers_differ_by_seed_within_their_ranges():
+    drawn = [real_numbers(load_numbers(), seed) for seed in range(200)]
+    for name, most in REAL_RANGES.items():
+        values = [getattr(numbers.wheels, name) for numbers in drawn]
+        assert len(set(values)) == 200 and -most <= min(values) < -0.9 * most and 0.9 * most < max(values) <= most
+    assert {(each.wheels.slip, each.wheels.noise, each.sonar.noise, each.sonar.specular_deg) for each in drawn} == {
+        (0.03, 0.004, 0.02, 40)}
+    assert drawn[7] == real_numbers(load_numbers(), 7) == load_numbers(None, 7)
+    assert dataclasses.replace(drawn[7], wheels=load_numbers().wheels, sonar=load_numbers().sonar) == load_numbers()
+    assert real_numbers(load_numbers(), 7).wheels.larger == pytest.approx(LARGER_OF_SEED_7, abs=1e-12)
+
+
+def test_a_user_s_file_wins_over_real_numbers(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text("wheels: {larger: 0.0}\nsonar: {specular_deg: 20}\n")
+    numbers, real = load_numbers(str(path), 7), load_numbers(None, 7)
+    assert (numbers.wheels.larger, numbers.sonar.specular_deg) == (0.0, 20)
+    assert numbers.wheels.wider_apart == real.wheels.wider_apart != 0.0 and numbers.sonar.noise == 0.02
 
 
 @pytest.mark.parametrize("text, message", [

@@ -13,6 +13,7 @@ from pioneer_control.errors import ParameterError
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.world.crowd import Crowd
 from pioneer_control.simulator.world import Can, World, load_world
+from pioneer_control.simulator.hardware import load_numbers
 from pioneer_control.simulator.simulation import Simulation, simulate
 
 MODEL = find_model("p3dx-sh")
@@ -192,3 +193,14 @@ def test_a_robot_larger_than_any_of_ours_is_minded_from_afar():
 def test_no_two_robots_have_one_name(count, name, called):
     simulation = simulate(load_world("empty"), find_model("p3dx-sh"), count, name, 0)
     assert [robot.name for robot in simulation.robots] == called
+
+
+def test_real_robots_each_have_wheels_of_their_own(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text("wheels: {slip: 0.0}\n")
+    simulation = simulate(load_world("office"), MODEL, 3, None, 5, numbers_file=str(path), real=True)
+    wheels = [robot.numbers.wheels for robot in simulation.robots]
+    assert len({each.larger for each in wheels}) == 3 and {each.slip for each in wheels} == {0.0}
+    assert wheels[1].larger == load_numbers(None, 6).wheels.larger
+    exact = simulate(load_world("office"), MODEL, 2, None, 5)
+    assert [robot.numbers for robot in exact.robots] == 2 * [load_numbers()]

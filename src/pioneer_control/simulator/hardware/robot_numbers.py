@@ -1,8 +1,10 @@
-"""The parameters of the simulated robot, from ``robot.yaml`` and, optionally, from a file of the user."""
+"""The parameters of the simulated robot: from ``robot.yaml``, drawn as of a real robot, and from a file of the user."""
 
+import copy
 import functools
 import os
-from dataclasses import dataclass
+import random
+from dataclasses import dataclass, replace
 from typing import Any, Dict, Mapping, NamedTuple, Optional, Tuple, get_type_hints
 
 from ...errors import ParameterError
@@ -38,6 +40,12 @@ LEGAL: Mapping[str, Any] = {
 """
 LEGAL_BY_TYPE: Mapping[type, Any] = {
     bool: Switch(), int: Whole(1), float: Number(1e-6), str: Text(), list: Subtypes()}
+REAL_RANGES: Mapping[str, float] = {"larger": 0.03, "right_larger": 0.006, "wider_apart": 0.05}
+"""How far each of these numbers of a real robot's wheels may be from 0, to either side."""
+REAL_WHEELS: Mapping[str, float] = {"slip": 0.03, "noise": 0.004}
+"""The other numbers of a real robot's wheels."""
+REAL_SONAR: Mapping[str, float] = {"noise": 0.02, "specular_deg": 40}
+"""The numbers of a real robot's sonar. Smooth walls, which lose more, have a ``specular_deg`` of 20."""
 OWN_FILE = os.path.join(os.path.dirname(os.path.dirname(__file__)), "robot.yaml")
 
 
@@ -173,14 +181,20 @@ class RobotNumbers:
     battery: BatteryNumbers
 
 
-def load_numbers(override_file: Optional[str] = None) -> RobotNumbers:
-    """Return the simulator's numbers. Values in `override_file` replace the values of ``robot.yaml``.
+def load_numbers(override_file: Optional[str] = None, real_seed: Optional[int] = None) -> RobotNumbers:
+    """Return the simulator's numbers. Values in `override_file` replace all others.
+
+    Args:
+        override_file: path of a file of the user. None if there is none.
+        real_seed: seed of the errors of wheels and sonar; see `real_numbers`. None for those of ``robot.yaml``.
 
     Raises:
         ParameterError: a file cannot be read or is not YAML, a name is unknown, or a value is not legal or has a
             different type than in ``robot.yaml``. The message names the file and the entry.
     """
-    values = _read(OWN_FILE)
+    values = copy.deepcopy(_own_values())
+    for section, real in (_real_values(real_seed) if real_seed is not None else {}).items():
+        values[section].update(real)
     if override_file is not None:
         for section, entries in _read(override_file).items():
             if section not in values:
@@ -195,6 +209,30 @@ def load_numbers(override_file: Optional[str] = None) -> RobotNumbers:
 def standard_numbers() -> RobotNumbers:
     """Return the numbers of ``robot.yaml``, which is read only once."""
     return load_numbers()
+
+
+def real_numbers(numbers: RobotNumbers, seed: int) -> RobotNumbers:
+    """Return numbers with wheels and sonar that err as those of a real robot. The same seed gives the same errors.
+
+    Each robot's wheels differ in their own way from what its firmware assumes; `REAL_RANGES` says how far. The other
+    errors are the same for all robots.
+    """
+    real = _real_values(seed)
+    return replace(numbers, wheels=replace(numbers.wheels, **real["wheels"]),
+                   sonar=replace(numbers.sonar, **real["sonar"]))
+
+
+def _real_values(seed: int) -> Dict[str, Dict[str, float]]:
+    """Return the numbers of a real robot that differ from ``robot.yaml``, by section and name."""
+    rng = random.Random("real %s" % seed)
+    drawn = {name: rng.uniform(-most, most) for name, most in REAL_RANGES.items()}
+    return {"wheels": {**drawn, **REAL_WHEELS}, "sonar": dict(REAL_SONAR)}
+
+
+@functools.lru_cache(maxsize=None)
+def _own_values() -> Dict[str, Dict[str, Any]]:
+    """Return the values of ``robot.yaml``, which is read only once. Do not change them."""
+    return _read(OWN_FILE)
 
 
 def _read(path: str) -> Dict[str, Dict[str, Any]]:
