@@ -13,12 +13,12 @@ from typing import Any, List, Optional, Sequence, Tuple
 import numpy as np
 
 from ..errors import PioneerError
+from ..maps import FREE, OCCUPIED
 from ..pictures import BEYOND, FLOOR, INK, WALL, draw_frame, write
 from ..robots import find_model
 from .world import World, known_worlds, load_world, standing_places
 from .world.geometry import Array
 from .world.poses import Point, Pose
-from .world.world import FREE, OCCUPIED
 
 CAN, START, DOCK, GOAL, ROBOT = "#e69f00", "#009e73", "#0072b2", "#cc79a7", "#d55e00"
 LEAST_SPAN = 4.0  # m: width of the drawing of an empty world

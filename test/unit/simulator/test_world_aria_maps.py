@@ -66,8 +66,10 @@ def test_what_each_line_becomes(tmp_path):
 
 
 def test_what_was_skipped_is_said(tmp_path):
-    assert load_world(written(tmp_path, GOLDEN)).skipped == (
-        "Robot:, line 12", "ForbiddenLine, 2 from line 22", "Label, line 24", "a line without length, line 28",
+    world = load_world(written(tmp_path, GOLDEN))
+    assert world.forbidden.tolist() == [[0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 1.0, 2.0]]
+    assert world.skipped == (
+        "Robot:, line 12", "Label, line 24", "a line without length, line 28",
         "3 points: lines alone make the walls")
 
 

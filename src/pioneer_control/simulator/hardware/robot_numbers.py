@@ -10,7 +10,7 @@ from typing import Any, Dict, Mapping, NamedTuple, Optional, Tuple, get_type_hin
 from ...errors import ParameterError
 from ...p2os import BAUD_RATES
 from ...parameters import Choice, Number, Switch, Text, Whole
-from ..world.yaml_nodes import read_values
+from ...maps.yaml_nodes import read_values
 
 
 class Subtypes(NamedTuple):

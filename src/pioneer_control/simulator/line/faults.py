@@ -22,7 +22,7 @@ from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Seq
 from ...errors import ParameterError
 from ...parameters import Number, Whole
 from ..clock import NEVER_US
-from ..world.yaml_nodes import read_values
+from ...maps.yaml_nodes import read_values
 from .one_way import LineErrors
 from .robot_link import WAYS, RobotLink
 

@@ -5,7 +5,7 @@ from typing import Any, Dict, List, Mapping, NamedTuple
 
 from ...errors import ParameterError, WorldError
 from ..world import World, load_world
-from ..world.yaml_nodes import read_values
+from ...maps.yaml_nodes import read_values
 from .scores import RULES, Rates, Rule
 
 HERE = Path(__file__).parent

@@ -7,7 +7,7 @@ about them.
 ``mirrors``       the same among walls that return no echo to sound that meets them at a slant
 ``crowd``         the bodies of robots, found by place; ``pushing``: how robots push cans
 ``grids``         borders and free areas of a grid of cells; ``start_poses``: where many robots can stand at first
-``world_loader``  loads worlds of our own format; ``ros_map`` and ``aria_map``: other maps; ``yaml_nodes`` reads YAML
+``world_loader``  loads worlds of our own format; ``ros_map`` and ``aria_map``: other maps
 
 Lengths are in metres, angles in radians, coordinates in the map frame (REP 103).
 """

@@ -5,9 +5,10 @@ into a grid whose cells are twice as wide as the resolution of the scan, so that
 of the occupied cells become few long segments (see `grids.borders`).
 
 The objects of a map: ``RobotHome`` is a start, ``Dock...`` is a dock, ``Goal`` and ``GoalWithHeading`` are goals,
-``Sim.BoxObstacle`` is a box that never moves, and ``Reflector`` is a wall. All other objects are skipped, and
-`World.skipped` lists them. In a map without a ``RobotHome``, the robot starts at the origin if there is room, else at
-the most spacious place, else outside the walls.
+``Sim.BoxObstacle`` is a box that never moves, ``Reflector`` is a wall, and the sides of ``ForbiddenLine`` and
+``ForbiddenArea`` are forbidden to navigation. All other objects are skipped, and `World.skipped` lists them. In a map
+without a ``RobotHome``, the robot starts at the origin if there is room, else at the most spacious place, else outside
+the walls.
 """
 
 import collections
@@ -60,6 +61,7 @@ class AriaMap:
         self._walls: List[Wall] = []
         self._solids: List[Wall] = []       # of boxes and reflectors
         self._boxes: List[List[Point]] = []
+        self._forbidden: List[Wall] = []
         self._points: List[Point] = []
         self._starts: List[Pose] = []
         self._docks: List[Pose] = []
@@ -90,7 +92,7 @@ class AriaMap:
             self._starts = [self._find_start(walls)]
             skipped.append("no RobotHome in the map: %s" % begin_at(self._starts[0]))
         return World(self._path.stem, walls, starts=self._starts, docks=self._docks, goals=self._goals, skipped=skipped,
-                     boxes=self._boxes)
+                     boxes=self._boxes, forbidden=self._forbidden)
 
     def fail(self, message: str) -> NoReturn:
         """Raise a WorldError that names the file and the line that is being read."""
@@ -166,9 +168,19 @@ class AriaMap:
             self._boxes.append(corners)
 
     def _reflector(self, pose: Pose, name: str, rest: str) -> None:
-        x1, y1, x2, y2 = self._extent(rest, "Reflector")
+        self._solids.append(self._line_object(pose, rest, "Reflector"))
+
+    def _forbidden_line(self, pose: Pose, name: str, rest: str) -> None:
+        self._forbidden.append(self._line_object(pose, rest, "ForbiddenLine"))
+
+    def _forbidden_area(self, pose: Pose, name: str, rest: str) -> None:
+        x1, y1, x2, y2 = self._extent(rest, "ForbiddenArea")
+        self._forbidden += closed(placed(((x1, y1), (x2, y1), (x2, y2), (x1, y2)), (0.0, 0.0, pose[2])))
+
+    def _line_object(self, pose: Pose, rest: str, kind: str) -> Wall:
+        x1, y1, x2, y2 = self._extent(rest, kind)
         start, end = placed(((x1, y1), (x2, y2)), (0.0, 0.0, pose[2]))
-        self._solids.append(start + end)
+        return start + end
 
     def _extent(self, rest: str, kind: str) -> List[float]:
         x1, y1, x2, y2 = self.numbers(rest, 4, "x1 y1 x2 y2 (mm) at the end of a %s" % kind)
@@ -217,6 +229,8 @@ OBJECTS: Tuple[Tuple[str, Callable[[AriaMap, Pose, str, str], None]], ...] = (
     ("Goal|GoalWithHeading", AriaMap._goal),
     (r"Sim\.BoxObstacle", AriaMap._box),
     ("Reflector", AriaMap._reflector),
+    ("ForbiddenLine", AriaMap._forbidden_line),
+    ("ForbiddenArea", AriaMap._forbidden_area),
 )
 """Types of objects that become part of a world: a pattern of the type, and a function that adds one object.
 

@@ -13,6 +13,7 @@ from typing import List, Mapping, NamedTuple, Optional, Protocol, Sequence, Tupl
 import numpy as np
 
 from ...errors import WorldError
+from ...maps import FREE, OCCUPIED, UNKNOWN
 from .crowd import Crowd
 from .geometry import Array, Solids
 from .grids import flood
@@ -21,9 +22,6 @@ from .poses import Point, Pose, hypot
 
 SONAR_PLANE = 0.17
 """Height (m) of the sonar above the floor. The sonar does not detect lower objects."""
-
-FREE, OCCUPIED, UNKNOWN = 0, 100, -1
-"""Values of a cell in an occupancy map, equal to those of nav_msgs/OccupancyGrid."""
 
 START_CLEARANCE = 0.55
 """Least distance (m) between a start that this package chooses itself and any wall or post.
@@ -100,6 +98,7 @@ class World:
         skipped: one sentence for each entry of the world's file that is not part of this world.
         boxes: corners of each filled obstacle, for those who draw it. Its walls are among `walls`.
         places: places with names, into which cans are brought. The simulator only tells which cans stand there.
+        forbidden: segments, as of `walls`, that robots are asked not to cross. The simulator does not use them.
 
     Raises:
         WorldError: a number is not finite, a wall has no length, a post or can has no size, or there is no start.
@@ -117,6 +116,7 @@ class World:
         skipped: Sequence[str] = (),
         boxes: Sequence[Sequence[Point]] = (),
         places: Sequence[MarkedPlace] = (),
+        forbidden: Sequence[Sequence[float]] = (),
     ):
         self.name = name
         self.walls = _table(name, "wall", walls, 4)
@@ -128,6 +128,7 @@ class World:
         self.skipped = tuple(skipped)
         self.boxes = [tuple(corners) for corners in boxes]
         self.places = list(places)
+        self.forbidden = _table(name, "forbidden line", forbidden, 4)
         if not self.starts:
             raise WorldError("world %s: no start; a robot has to stand somewhere" % name)
         for number, (x1, y1, x2, y2) in enumerate(self.walls.tolist(), 1):
@@ -161,7 +162,7 @@ class World:
         """
         return World(
             self.name, self.walls.tolist(), self.posts.tolist(), self.cans, [start, *self.starts], self.docks,
-            self.goals, self.skipped, self.boxes, self.places)
+            self.goals, self.skipped, self.boxes, self.places, self.forbidden.tolist())
 
     def touches(self, outline_xy: Sequence[Point]) -> bool:
         """Return whether a body overlaps any wall or post, or has one inside its outline. Cans are ignored.

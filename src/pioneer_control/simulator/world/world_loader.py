@@ -10,12 +10,13 @@ from typing import Any, Dict, List, Optional, Tuple, Union
 import yaml
 
 from ...errors import WorldError
+from ...maps.ros_map import RosMapReader
+from ...maps.yaml_nodes import LENGTH, NodeReader, compose
 from ...parameters import Number, Numbers, Switch, Text, nearest
 from .aria_map import FIRST_LINE, AriaMap
 from .poses import Point, Pose, Wall, box_corners, closed
-from .ros_map import MapReader
+from .ros_map import world_of_map
 from .world import SONAR_PLANE, Can, MarkedPlace, World, begin_at
-from .yaml_nodes import LENGTH, NodeReader, compose
 
 GALLERY = Path(__file__).parents[1] / "worlds"
 ENDINGS = (".yaml", ".yml", ".map")
@@ -80,7 +81,7 @@ def _read(path: Path, of_any_kind: bool = False) -> World:
         return AriaMap(path).world(text)
     root = compose(path, text)
     if isinstance(root, yaml.MappingNode) and any(key.value == "image" for key, _ in root.value):
-        return MapReader(path).world(root)
+        return world_of_map(RosMapReader(path), root)
     if of_any_kind:
         return _WorldReader(path).world(root)
     raise WorldError("%s is neither an ARIA map (first line %s) nor one of map_server (YAML with the key image)"

@@ -5,8 +5,8 @@ from typing import Any, Callable, Dict, List, Mapping, NoReturn, Optional, Tuple
 
 import yaml
 
-from ...errors import ParameterError, WorldError
-from ...parameters import Number, nearest
+from ..errors import ParameterError, WorldError
+from ..parameters import Number, nearest
 
 
 def read_values(path: str) -> Any:

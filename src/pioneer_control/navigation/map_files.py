@@ -1,0 +1,60 @@
+"""Loads a map to navigate on, with its named places, from any file that the simulator can load as a world.
+
+Maps of map_server are taken cell by cell. ARIA's maps and worlds are drawn into cells of 5 cm; the floor that can be
+reached from a start is free.
+"""
+
+from pathlib import Path
+from typing import Optional, Tuple
+
+import yaml
+
+from ..errors import WorldError
+from ..floor_poses import Pose
+from ..maps.floor_map import FloorMap, Line
+from ..maps.goals_file import goals_file, read_goals
+from ..maps.grid_map import GridMap
+from ..maps.ros_map import RosMapReader
+from ..maps.yaml_nodes import compose
+from ..simulator.world import World, load_world
+
+RESOLUTION = 0.05
+"""Side (m) of a cell of a map that is drawn from lines."""
+
+
+def load_floor_map(name_or_path: str) -> FloorMap:
+    """Return the map of a file, or of a world of the package by its name.
+
+    The places of `goals_file` beside a file are added; of two with the same name, that of the file beside counts.
+
+    Raises:
+        WorldError: the file cannot be read or is not legal; the message names file, line and what is legal.
+    """
+    path = Path(name_or_path)
+    found = _of_map_server(path) if path.suffix in (".yaml", ".yml") and path.is_file() else None
+    if found is None:
+        found = floor_map_of(load_world(name_or_path))
+    if path.is_file():
+        beside = read_goals(goals_file(name_or_path))
+        found = FloorMap(found.name, found.grid, {**found.goals, **beside}, found.starts, found.forbidden)
+    return found
+
+
+def floor_map_of(world: World) -> FloorMap:
+    """Return the map of a world."""
+    cells, origin = world.occupancy(RESOLUTION)
+    lines: Tuple[Line, ...] = tuple((x1, y1, x2, y2) for x1, y1, x2, y2 in world.forbidden.tolist())
+    return FloorMap(world.name, GridMap(cells, RESOLUTION, origin),
+                    {name: Pose(*pose) for name, pose in world.goals.items()},
+                    tuple(Pose(*start) for start in world.starts), lines)
+
+
+def _of_map_server(path: Path) -> Optional[FloorMap]:
+    """Return the map of a YAML file of map_server; None for a YAML file of another kind."""
+    try:
+        root = compose(path, path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise WorldError("map file %s cannot be read: %s" % (path, error)) from error
+    if not isinstance(root, yaml.MappingNode) or not any(key.value == "image" for key, _ in root.value):
+        return None
+    return FloorMap(path.stem, RosMapReader(path).read(root).grid_map())
