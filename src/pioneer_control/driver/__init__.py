@@ -10,6 +10,7 @@
 ``requests.py``       the tables of all subscribers and services, and the methods that obey them
 ``helm_topic.py``     publishes who may command
 ``commands.py``       checks messages to the motors and the gripper
+``accelerations.py``  accelerations that a program borrows
 ``senders.py``        finds out whether `rosbag play` sent a command, which is refused then
 ``reconfigure.py``    dynamic_reconfigure: parameters that change while the driver runs
 ``notices.py``        the texts of warnings, and how often the user gets them

@@ -23,6 +23,7 @@ from ..client.alarms import unmoved
 from ..errors import ParameterError, PioneerError, PortError
 from ..port_url import without_key
 from ..ros_node import init_node
+from .accelerations import BorrowedAccelerations
 from .diagnostics import Diagnostics
 from .helm_topic import HelmPublisher
 from .notices import Throttle, Watch
@@ -82,7 +83,9 @@ class DriverNode:
         self._robot.listen(lambda state: self._warn(self._watch.state(state)), self._on_event)
         self._helm = HelmPublisher()
         self._steered = SteeredRobot(self._robot, parameters.inputs, obstacles, self._who_commands_changed)
-        self._requests = Requests(parameters, self._robot, self._steered, self._watch, self._warn)
+        self._borrowed = BorrowedAccelerations(parameters.tuning, self._robot.tune)
+        self._robot.listen(lambda state: self._put_back_accelerations())
+        self._requests = Requests(parameters, self._robot, self._steered, self._watch, self._borrowed, self._warn)
         # For each type of event of the link: the method that informs the user.
         self._reactions: Dict[type, Callable[[Any], None]] = {
             Ready: self._welcome,
@@ -141,10 +144,15 @@ class DriverNode:
     def _reconfigure(self, parameters: DriverParameters) -> None:
         """Put new values into effect for the parameters that may change while the driver runs."""
         self._robot.set_limits(parameters.max_xspeed, parameters.max_yawspeed, parameters.cmd_vel_timeout)
-        self._robot.tune(parameters.tuning)
+        self._borrowed.change_own(parameters.tuning)
         for name, velocity_input in parameters.inputs.items():
             self._steered.set_timeout(name, velocity_input.timeout)
         self._watch.cmd_vel_timeout = parameters.cmd_vel_timeout
+
+    def _put_back_accelerations(self) -> None:
+        borrower = self._borrowed.tick(monotonic())
+        if borrower:
+            rospy.loginfo("%s is silent: its accelerations are put back", borrower)
 
     def _who_commands_changed(self) -> None:
         self._helm.wake()

@@ -16,8 +16,9 @@ from std_srvs.srv import Empty, SetBool, Trigger
 
 from ..client import MotorsAnswered, Robot, SteeredRobot
 from ..errors import LinkError, NotConfirmedError, PioneerError, UsageError
-from ..msg import GripperState, MotorState, WheelVelocities
+from ..msg import Accelerations, GripperState, MotorState, WheelVelocities
 from . import commands
+from .accelerations import BorrowedAccelerations
 from .notices import Watch
 from .parameters import BY_HAND, DriverParameters
 from .senders import Senders
@@ -47,15 +48,17 @@ class Requests:
         robot: the robot, for what is no command to move.
         steered: the same robot, for the commands to move: they go through its helm.
         watch: checks velocity commands and makes warnings.
+        borrowed: the accelerations that programs borrow.
         warn: a function that logs warnings: texts by kind.
     """
 
     def __init__(self, parameters: DriverParameters, robot: Robot, steered: SteeredRobot, watch: Watch,
-                 warn: Callable[[Mapping[str, str]], None]) -> None:
+                 borrowed: BorrowedAccelerations, warn: Callable[[Mapping[str, str]], None]) -> None:
         self._accept_replay = parameters.accept_replay
         self._robot = robot
         self._steered = steered
         self._watch = watch
+        self._borrowed = borrowed
         self._warn = warn
         self._senders = Senders(watch)
         self._switch_on = parameters.enable_motors_on_start     # the motors, with the first connection
@@ -129,6 +132,11 @@ class Requests:
         answer comes to `motors_answered`.
         """
         self._steered.request_motors(commands.motors_wanted(message), CONFIRM_TIMEOUT)
+
+    def borrow_accelerations(self, topic: str, message: Accelerations, sender: str) -> None:
+        """Obey accelerations: the robot gets them as long as the sender repeats the message."""
+        if self._borrowed.borrow(message, sender, monotonic()):
+            rospy.loginfo("%s borrows accelerations; they are put back when it ends", sender)
 
     # The methods of services return the text of the answer. Each raises PioneerError with the reason when it fails.
 
@@ -267,6 +275,7 @@ TOPICS = (
                     lambda motors: motors.state == 0),
     SubscribedTopic("gripper_control", GripperState, QUEUE, Requests.move_gripper, commands.gripper_stops),
     SubscribedTopic("teleop/gripper_control", GripperState, QUEUE, Requests.move_gripper, commands.gripper_stops),
+    SubscribedTopic("accelerations", Accelerations, QUEUE, Requests.borrow_accelerations, lambda _: False),
     SubscribedTopic(STOP_ALL, Bool, QUEUE, Requests.lock, lambda lock: lock.data),
 )
 
