@@ -170,7 +170,7 @@ def test_the_table_of_faults_is_that_of_the_simulator():
 def test_the_simulators_node_has_the_parameters_that_are_named():
     told = set(re.findall(r"`(\w+)`", read(DOCS / "simulator.md").partition("as private parameters:")[2].partition(
         "and the frames")[0]))
-    frames = {"map_frame", "odom_frame_id", "base_link_frame_id", "frame_prefix"}
+    frames = {"map_frame", "map_tf", "odom_frame_id", "base_link_frame_id", "frame_prefix"}
     assert told | frames == {entry.name for entry in dataclasses.fields(SimulatorParameters)}
 
 

@@ -1,6 +1,7 @@
 """Where the robot is, what the map is, and how the robot gets to a goal. Open ``values`` first.
 
-``values``   what the robot senses and is told; ``firings``: when each sonar fired
+``values``   what the robot senses and is told; ``firings``: when each sonar fired; ``senses``: both
+             from the topics of a robot
 ``map_files`` loads maps with their named places
 
 Everything here is pure: maps, what the robot sensed, and time go in; poses, maps, plans and velocities come out. There

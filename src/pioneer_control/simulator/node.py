@@ -9,7 +9,8 @@ world, and has services for faults.
 ``cans`` (geometry_msgs/PoseArray in the map frame, latched, on change): poses of the cans; z is the height to which a
 can is lifted, and the x axis of each pose points up, so that RViz draws upright arrows;
 ``ground_truth`` (nav_msgs/Odometry in the map frame, 10 Hz), for each robot: its true pose;
-tf map -> odom, for each robot: the true pose of the origin of its odometry;
+tf map -> odom, for each robot: the true pose of the origin of its odometry; if ``map_tf`` is false, the tf
+map -> truth/base_link: the true pose of the robot itself;
 ``/clock`` (rosgraph_msgs/Clock), only when the speed is not 1.
 
 *Subscribes* ``stop_button`` (std_msgs/Bool), for each robot: presses the robot's STOP button, or releases it.
@@ -69,6 +70,8 @@ It is much shorter than the time between two SIPs (0.1 s), so that their stamps 
 """
 MAP_RESOLUTION = 0.025
 """Side (m) of a cell of the published map."""
+TRUE_BASE_FRAME = "truth/base_link"
+"""Frame of the true pose of a robot, when another node says where its odometry began."""
 UP = Quaternion(y=-math.sqrt(0.5), w=math.sqrt(0.5))
 """Orientation whose x axis points up."""
 LEVEL = Quaternion(w=1.0)
@@ -145,23 +148,25 @@ class RobotTruth:
     def __init__(self, firmware: Firmware, prefix: str, parameters: SimulatorParameters, lock: Any):
         self._firmware = firmware
         self._lock = lock
-        self._map_frame = parameters.map_frame
+        self._map_frame, self._map_tf = parameters.map_frame, parameters.map_tf
         self._odom_frame = parameters.frame_prefix + prefix + parameters.odom_frame_id
+        self._true_frame = parameters.frame_prefix + prefix + TRUE_BASE_FRAME
         self._base_frame = parameters.frame_prefix + prefix + parameters.base_link_frame_id
         self._ground_truth = rospy.Publisher(prefix + "ground_truth", Odometry, queue_size=10)
         self._tf = tf.TransformBroadcaster()
         rospy.Subscriber(prefix + "stop_button", Bool, self._press, queue_size=10)
 
     def publish(self, now: rospy.Time) -> None:
-        """Publish the true pose and speed of the robot, and the tf from map to odom, with the stamp `now`."""
+        """Publish the true pose and speed of the robot, and its tf, with the stamp `now`."""
         with self._lock:
             pose, (speed, turn_rate) = self._firmware.true_pose, self._firmware.velocity
-            x, y, heading = self._firmware.hardware.odometry.origin
+            origin = self._firmware.hardware.odometry.origin
         self._ground_truth.publish(Odometry(
             header=Header(stamp=now, frame_id=self._map_frame), child_frame_id=self._base_frame,
             pose=PoseWithCovariance(pose=pose_message(*pose)),
             twist=TwistWithCovariance(twist=Twist(linear=Vector3(x=speed), angular=Vector3(z=turn_rate)))))
-        self._tf.sendTransform((x, y, 0.0), quaternion_of(heading), now, self._odom_frame, self._map_frame)
+        (x, y, heading), child = (origin, self._odom_frame) if self._map_tf else (pose, self._true_frame)
+        self._tf.sendTransform((x, y, 0.0), quaternion_of(heading), now, child, self._map_frame)
 
     def _press(self, message: Bool) -> None:
         with self._lock:

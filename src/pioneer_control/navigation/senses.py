@@ -1,0 +1,122 @@
+"""Joins poses and sonar messages of a robot, live or from a bag, into what it sensed in each packet.
+
+The topic ``sonar`` repeats all ranges in each message, and does not say which of them are new. `FiringWatch` finds out.
+"""
+
+import bisect
+from collections import deque
+from typing import Deque, Dict, Iterable, List, Optional, Sequence, Tuple
+
+from ..floor_poses import Pose, compose, relative, wrapped
+from ..robots import ARRAY_SIZE
+from .firings import CYCLE, timed
+from .values import Sensing
+
+MOST_WAITING = 50
+"""Most sonar messages that wait for a pose, and most poses that are kept: of about 5 s."""
+JUMP = 5.0
+"""Time (s) between two messages that is a gap: what was heard before says nothing about what is new."""
+
+
+class FiringWatch:
+    """Finds out which transducers fired since the last message, and in which order.
+
+    A range that has changed is new. Between the last firing that is known and the farthest new one in the sequence of
+    the array, all have fired, also those whose range stayed the same.
+
+    Args:
+        numbers: the fitted transducers.
+    """
+
+    def __init__(self, numbers: Iterable[int]) -> None:
+        self._arrays: Dict[int, List[int]] = {}
+        for number in sorted(numbers):
+            self._arrays.setdefault(number // ARRAY_SIZE, []).append(number)
+        self._last: Dict[int, int] = {}     # by array: the place in its sequence of the last firing
+        self._before: Sequence[float] = ()
+        self._time: Optional[float] = None
+
+    def new(self, time: float, ranges: Sequence[float]) -> List[Tuple[int, float]]:
+        """Return number and range (m) of each firing since the last message, oldest first within its array.
+
+        Args:
+            time: of the message (s).
+            ranges: ranges (m) by number; 0 for a transducer that has not been heard yet.
+        """
+        since = time - self._time if self._time is not None else 0.0
+        if not 0.0 < since < JUMP:
+            self._last.clear()
+            self._before = ()
+        fired: List[Tuple[int, float]] = []
+        for array, sequence in self._arrays.items():
+            heard = [number for number in sequence if number < len(ranges) and ranges[number] > 0.0]
+            changed = [number for number in heard if number >= len(self._before)
+                       or ranges[number] != self._before[number]]
+            fired += [(number, ranges[number]) for number in self._order(array, sequence, changed, since)
+                      if number in heard]
+        self._before, self._time = tuple(ranges), time
+        return fired
+
+    def _order(self, array: int, sequence: List[int], changed: List[int], since: float) -> List[int]:
+        """Return the transducers of an array that have fired in the last `since` seconds, oldest first."""
+        last, size = self._last.get(array), len(sequence)
+        if last is None:
+            if changed:
+                self._last[array] = sequence.index(changed[-1])
+            return changed
+        most = min(size, round(since / CYCLE) + 1)
+        ahead = [(sequence.index(number) - last - 1) % size + 1 for number in changed]
+        within = [steps for steps in ahead if steps <= most]
+        steps = max(within) if within else (0 if changed else min(size, round(since / CYCLE)))
+        self._last[array] = (last + steps) % size
+        if not within and changed:      # a sequence of the user's own: only what has changed is new
+            return changed
+        return [sequence[(last + step) % size] for step in range(1, steps + 1)]
+
+
+class Senses:
+    """Makes one `Sensing` of each sonar message, with the pose at the same time.
+
+    Messages of two topics may come in any order. So a sonar message waits until a pose of its time or later has come.
+
+    Args:
+        numbers: the fitted transducers.
+    """
+
+    def __init__(self, numbers: Iterable[int]) -> None:
+        self._watch = FiringWatch(numbers)
+        self._poses: Deque[Tuple[float, Pose]] = deque(maxlen=MOST_WAITING)
+        self._waiting: Deque[Tuple[float, Sequence[float]]] = deque(maxlen=MOST_WAITING)
+
+    def hear_pose(self, time: float, pose: Pose) -> List[Sensing]:
+        """Take a pose by odometry of a time (s). Return what was sensed, oldest first; usually one or none."""
+        if self._poses and time < self._poses[-1][0]:       # time has jumped back
+            self._poses.clear()
+        self._poses.append((time, pose))
+        return self._joined()
+
+    def hear_sonar(self, time: float, ranges: Sequence[float]) -> List[Sensing]:
+        """Take the ranges (m) of a time (s), by transducer number. Return what was sensed, oldest first."""
+        if self._waiting and time < self._waiting[-1][0]:
+            self._waiting.clear()
+        self._waiting.append((time, ranges))
+        return self._joined()
+
+    def _joined(self) -> List[Sensing]:
+        sensed = []
+        while self._waiting and self._poses and self._poses[-1][0] >= self._waiting[0][0]:
+            time, ranges = self._waiting.popleft()
+            sensed.append(Sensing(time, self._pose_at(time), timed(self._watch.new(time, ranges), time)))
+        return sensed
+
+    def _pose_at(self, time: float) -> Pose:
+        """Return the pose of a time (s), between the two poses around it."""
+        times = [each for each, _ in self._poses]
+        after = bisect.bisect_left(times, time)
+        later_time, later = self._poses[after]
+        if after == 0 or later_time == time:
+            return later
+        earlier_time, earlier = self._poses[after - 1]
+        share = (time - earlier_time) / (later_time - earlier_time)
+        step = relative(earlier, later)
+        return compose(earlier, Pose(step.x * share, step.y * share, wrapped(step.heading) * share))

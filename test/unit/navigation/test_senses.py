@@ -1,0 +1,89 @@
+"""What was sensed, from the topics of a robot: which ranges are new, and where the robot was."""
+
+import math
+
+import pytest
+
+from pioneer_control.floor_poses import Pose
+from pioneer_control.navigation.senses import FiringWatch, Senses
+
+
+def numbers_of(firings):
+    return [number for number, _ in firings]
+
+
+@pytest.fixture
+def watch():
+    watch = FiringWatch(range(8))
+    assert numbers_of(watch.new(0.0, [1.0] * 8)) == list(range(8))
+    return watch
+
+
+def ranges(**changed):
+    return [changed.get("s%d" % number, 1.0) for number in range(8)]
+
+
+def test_what_has_changed_is_new(watch):
+    assert watch.new(0.1, ranges(s0=1.1, s1=1.2)) == [(0, 1.1), (1, 1.2)]
+    assert numbers_of(watch.new(0.2, ranges(s0=1.1, s1=1.2, s2=1.3, s3=1.3, s4=1.3))) == [2, 3, 4]
+
+
+def test_one_that_heard_the_same_again_lies_between_new_ones(watch):
+    watch.new(0.1, ranges(s0=1.1, s1=1.2))
+    assert watch.new(0.2, ranges(s0=1.1, s1=1.2, s4=1.3)) == [(2, 1.0), (3, 1.0), (4, 1.3)]
+
+
+def test_where_nothing_changes_the_sequence_goes_on(watch):
+    watch.new(0.08, ranges(s0=1.1, s1=1.2))
+    assert numbers_of(watch.new(0.16, ranges(s0=1.1, s1=1.2))) == [2, 3]
+    assert numbers_of(watch.new(0.28, ranges(s0=1.1, s1=1.2))) == [4, 5, 6]
+
+
+def test_a_round_begins_again_after_the_last_transducer(watch):
+    for step in range(1, 5):
+        newest = ranges(**{"s%d" % number: 1.0 + step for number in range(2 * step)})
+        watch.new(0.08 * step, newest)
+    assert numbers_of(watch.new(0.40, [9.0] + newest[1:])) == [0]
+
+
+def test_a_sequence_of_the_users_own_gives_what_has_changed(watch):
+    watch.new(0.08, ranges(s0=1.1, s1=1.2))
+    assert numbers_of(watch.new(0.16, ranges(s0=1.1, s1=1.2, s7=2.0))) == [7]
+
+
+def test_after_a_gap_all_that_is_heard_counts_once(watch):
+    assert numbers_of(watch.new(60.0, ranges())) == list(range(8))
+    assert numbers_of(watch.new(1.0, ranges())) == list(range(8)), "time has jumped back"
+
+
+def test_transducers_that_are_not_heard_yet_say_nothing():
+    watch = FiringWatch([0, 1, 8, 9])
+    assert watch.new(0.0, [1.0, 0.0] + [0.0] * 6 + [2.0, 0.0]) == [(0, 1.0), (8, 2.0)]
+    assert watch.new(0.1, [1.0]) == [(0, 1.0)], "a message that is too short"
+
+
+def test_a_sonar_message_waits_for_its_pose():
+    senses = Senses(range(8))
+    assert senses.hear_sonar(1.0, [2.0] * 8) == []
+    sensing, = senses.hear_pose(1.0, Pose(3.0, 4.0, 0.5))
+    assert (sensing.time, sensing.odometry) == (1.0, (3.0, 4.0, 0.5)) and len(sensing.firings) == 8
+    assert senses.hear_pose(1.1, Pose(3.1, 4.0, 0.5)) == []
+    sensing, = senses.hear_sonar(1.1, [2.1] * 8)
+    assert sensing.odometry.x == 3.1
+
+
+def test_a_pose_between_two_is_on_the_way_from_one_to_the_other():
+    senses = Senses(range(8))
+    senses.hear_pose(1.0, Pose(0.0, 0.0, math.pi - 0.1))
+    senses.hear_sonar(1.05, [2.0] * 8)
+    sensing, = senses.hear_pose(1.1, Pose(-1.0, 0.0, -math.pi + 0.1))
+    assert sensing.odometry == pytest.approx((-0.5, 0.0, math.pi)) or sensing.odometry == pytest.approx(
+        (-0.5, 0.0, -math.pi))
+
+
+def test_when_time_jumps_back_nothing_old_is_joined():
+    senses = Senses(range(8))
+    senses.hear_pose(100.0, Pose(9.0, 9.0, 0.0))
+    assert senses.hear_pose(1.0, Pose(0.0, 0.0, 0.0)) == []
+    sensing, = senses.hear_sonar(1.0, [2.0] * 8)
+    assert sensing.odometry.x == 0.0
