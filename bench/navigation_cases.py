@@ -7,11 +7,11 @@ import random
 from dataclasses import replace
 from typing import List, NamedTuple
 
-from random_worlds import KINDS, random_world
 from simulated_robot import Setup
 
 from pioneer_control.simulator.hardware.robot_numbers import RobotNumbers, standard_numbers
 from pioneer_control.simulator.world import World, load_world
+from pioneer_control.simulator.world.generated import KINDS, random_world
 
 GALLERY = ("office", "maze", "corridor", "classroom")
 MODELS = ("p3dx-sh", "p3at-sh", "amigo-sh")

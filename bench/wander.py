@@ -15,10 +15,10 @@ import sys
 from multiprocessing import Pool
 from typing import Callable, Dict, List, NamedTuple, Optional, Tuple
 
-from free_space import gap_open, room
-from random_worlds import random_world
 from simulated_robot import CYCLE, Setup, SimulatedRobot
 
+from pioneer_control.simulator.world.free_space import gap_open, room
+from pioneer_control.simulator.world.generated import random_world
 from pioneer_control.tutorial.snapshot import Snapshot
 from pioneer_control.tutorial.wander import Memory, Move, wander
 

@@ -19,6 +19,7 @@ from .simulation import MOST_ROBOTS, Simulation, simulate
 from .tasks import Grounds, Referee, load_tasks
 from .truth import TruthService
 from .world import World, known_worlds, load_world, standing_places
+from .world.generated import KINDS as GENERATED
 
 
 def main(arguments: Optional[List[str]] = None) -> int:
@@ -245,7 +246,8 @@ def parser() -> argparse.ArgumentParser:
         prog="python3 -m pioneer_control.simulator", description="Simulated Pioneers that speak P2OS.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog="\n".join([
-            "worlds: %s" % ", ".join(known_worlds()), "",
+            "worlds: %s" % ", ".join(known_worlds()),
+            "generated worlds: KIND-SEED, such as offices-7; kinds: %s" % ", ".join(sorted(GENERATED)), "",
             *textwrap.wrap("models: %s" % ", ".join(load_table().models), 79, break_on_hyphens=False), "",
             "faults, written as KIND [VALUE] [way to-robot|from-robot] [robot N] [from S] [to S], S in simulated"
             " seconds:",

@@ -63,7 +63,7 @@ class SimulatorParameters:
     real: bool = parameter(False, Switch(), "whether wheels and sonar err as those of real robots, by the seed")
     numbers_file: str = parameter("", Text(empty=True), "a file that overrides numbers of robot.yaml; empty for none")
     map_frame: str = parameter("map", Text(slash=False), "frame of the world")
-    map_tf: bool = parameter(True, Switch(), "publish the tf from map_frame to odom; if not, to truth/base_link instead,"
+    map_tf: bool = parameter(True, Switch(), "publish tf from map_frame to odom; if not, to truth/base_link instead,"
                                              " so that another node may say where odom is")
     odom_frame_id: str = parameter("odom", Text(slash=False), "frame of the robot's odometry")
     base_link_frame_id: str = parameter("base_link", Text(slash=False), "frame of the robot")

@@ -2,8 +2,6 @@
 
 import math
 import os
-import pathlib
-import sys
 
 import pytest
 
@@ -11,11 +9,8 @@ from robot_on_bench import heard
 from pioneer_control.errors import WorldError
 from pioneer_control.robots import find_model, load_table
 from pioneer_control.simulator.world import World, known_worlds, load_world
+from pioneer_control.simulator.world.free_space import room
 from pioneer_control.simulator.world.world import MarkedPlace
-
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "bench"))
-
-from free_space import room
 
 EVERYTHING = """\
 description: All there can be.

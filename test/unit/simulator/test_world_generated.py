@@ -1,21 +1,20 @@
 """Worlds that are drawn from seeds, and their measures of free space."""
 
 import math
-import pathlib
-import sys
+import random
 
 import numpy as np
 import pytest
 
 from pioneer_control.errors import WorldError
 from pioneer_control.robots import find_model
+from pioneer_control.simulator.world import load_world
+from pioneer_control.simulator.world.free_space import gap_open, room
+from pioneer_control.simulator.world.furnishing import Furnishing, box, chair, post
+from pioneer_control.simulator.world.generated import IN_TURN, KINDS, START_ROOM, random_world
 from pioneer_control.simulator.world.grids import flood
+from pioneer_control.simulator.world.offices import _Plan, office
 from pioneer_control.simulator.world.world import FREE, START_CLEARANCE, World
-
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "bench"))
-
-from free_space import gap_open, room
-from random_worlds import KINDS, START_ROOM, random_world
 
 
 def test_two_hundred_worlds_are_closed_and_have_a_fair_start():
@@ -32,8 +31,10 @@ def test_two_hundred_worlds_are_closed_and_have_a_fair_start():
 
 
 def test_kinds_come_in_turn():
-    names = {"%s-%d" % (kind, seed) for seed, kind in enumerate(sorted(KINDS))}
+    names = {"%s-%d" % (kind, seed) for seed, kind in enumerate(IN_TURN)}
     assert {random_world(seed).name for seed in range(5)} == names
+    mixed = [random_world(seed, kinds=["poles", "offices"]).name for seed in range(3)]
+    assert mixed == ["poles-0", "offices-1", "poles-2"]
 
 
 @pytest.mark.parametrize("kind", sorted(KINDS))
@@ -49,10 +50,12 @@ def test_a_seed_means_the_same_world_for_ever():
     assert {kind: [round(value, 6) for value in random_world(1, kind).starts[0]] for kind in sorted(KINDS)} == PINNED
 
 
+OFFICE_7 = (75, 29, 12, 1682.726586)
 PINNED = {
     "clutter": [-10.375259, -0.718574, 2.976818],
     "corners": [0.0, 0.0, -2.959124],
     "corridors": [-0.571515, 3.900636, 2.485474],
+    "offices": [10.07988, 0.12293, -0.961762],
     "dead_ends": [0.368506, 3.069369, 1.639583],
     "poles": [-2.272958, -0.177039, 2.99693],
 }
@@ -65,8 +68,76 @@ def test_hard_things_are_among_them():
 
 
 def test_unknown_kind():
-    with pytest.raises(WorldError, match="'jungle'; known: clutter, corners, corridors, dead_ends, poles"):
+    with pytest.raises(WorldError, match="'jungle'; known: clutter, corners, corridors, dead_ends, offices, poles"):
         random_world(1, "jungle")
+
+
+@pytest.mark.parametrize("kind", sorted(KINDS))
+def test_a_generated_world_by_its_name(kind):
+    world = load_world("%s-7" % kind)
+    assert world.name == "%s-7" % kind and world.walls.tobytes() == random_world(7, kind).walls.tobytes()
+
+
+@pytest.mark.parametrize("name, message", [
+    ("jungle-7", "no world named 'jungle-7'.*KIND-SEED, such as offices-7, with one of the kinds clutter, .*poles"),
+    ("offices", "no world named 'offices'.*KIND-SEED"),
+    ("offices-", "world offices-: seed '' is not legal: give a whole number from 0 to 999999999, such as offices-7"),
+    ("offices-seven", "seed 'seven' is not legal"),
+    ("poles-1.5", "seed '1.5' is not legal"),
+    ("poles--1", "seed '-1' is not legal"),
+    ("poles-1000000000", "seed '1000000000' is not legal"),
+])
+def test_a_name_with_an_unknown_kind_or_a_bad_seed_says_what_is_legal(name, message):
+    with pytest.raises(WorldError, match=message):
+        load_world(name)
+
+
+def test_a_seed_that_has_no_name_is_refused():
+    with pytest.raises(WorldError, match="world poles--1: seed -1 is not legal"):
+        random_world(-1, "poles")
+
+
+@pytest.mark.parametrize("seed", range(0, 60, 4))
+def test_a_narrow_robot_gets_into_every_room_of_an_office(seed):
+    plan = _Plan(random.Random(seed))
+    drawn = office(random.Random(seed))
+    world = World("office", drawn.walls, drawn.posts, starts=[(*drawn.start, 0.0)])
+    low_x, low_y, high_x, high_y = world.bounds
+    assert (low_x, low_y) == (0.0, 0.0) and 10.0 <= high_x <= 22.0 and 8.0 <= high_y <= 16.0
+    assert 1.6 <= plan.corridor.high_y - plan.corridor.low_y <= 2.4
+    x, y = np.arange(0.025, high_x, 0.05), np.arange(0.025, high_y, 0.05)
+    start = (abs(x - drawn.start[0]) < 0.1) & (abs(y - drawn.start[1]) < 0.1)[:, None]
+    reached = flood(start, world.clearances(x, y, limit=0.3) >= 0.25)
+    assert all((reached & (x > room.low_x) & (x < room.high_x)
+                & ((y > room.low_y) & (y < room.high_y))[:, None]).sum() > 200 for room in plan.rooms)
+    assert drawn.boxes and all(len(corners) == 4 for corners in drawn.boxes)
+
+
+def test_offices_have_chairs_and_their_furniture_is_filled():
+    worlds = [random_world(seed, "offices") for seed in range(5)]
+    assert all(len(world.boxes) > 3 and world.posts[:, 2].min() == 0.02 for world in worlds)
+
+
+def test_an_office_is_the_same_down_to_its_furniture():
+    world = random_world(7, "offices")
+    assert (len(world.walls), len(world.posts), len(world.boxes)) == OFFICE_7[:3]
+    assert round(float(np.abs(world.walls).sum()), 6) == OFFICE_7[3]
+
+
+def test_an_obstacle_that_cuts_off_floor_is_not_put():
+    world = hall(1.2)    # two chambers, a passage 2 m long
+    furnishing = Furnishing(world, kept=[(-4.0, 0.0, 0.5)])
+    whole = len(furnishing.reached())
+    assert not furnishing.put(box((-1.0, 0.0), (0.2, 1.0), 0.0))            # blocks the passage
+    assert not furnishing.put(post((-1.0, 0.1), 0.15))                      # so does this, for a robot
+    assert not furnishing.put(box((-4.2, 0.0), (0.4, 0.4), 0.0))            # a kept place
+    assert not furnishing.put(box((4.0, 0.0), (0.4, 0.4), 0.0))             # in a wall
+    assert whole == len(furnishing.reached()) and furnishing.obstacles == []
+    assert furnishing.put(box((2.0, 0.5), (1.0, 0.8), 0.3))
+    assert not furnishing.put(post((2.0, 0.5), 0.1))                        # in the box
+    assert not furnishing.put(box((2.4, 0.7), (0.6, 0.6), 1.0))             # overlaps it
+    assert furnishing.put(chair((2.0, -1.0), 0.4, 0.5))
+    assert len(furnishing.obstacles) == 2 and len(furnishing.reached()) < whole - 100
 
 
 def hall(width):

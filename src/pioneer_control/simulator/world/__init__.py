@@ -6,6 +6,8 @@ about them.
 ``echoes``        the range that sonar measures: the distance to the nearest point of anything solid in its cone
 ``mirrors``       the same among walls that return no echo to sound that meets them at a slant
 ``crowd``         the bodies of robots, found by place; ``pushing``: how robots push cans
+``generated``     draws worlds from seeds; ``offices``: one kind of them; ``furnishing``: puts obstacles on a floor
+``free_space``    how much floor a robot can use
 ``grids``         borders and free areas of a grid of cells; ``start_poses``: where many robots can stand at first
 ``world_loader``  loads worlds of our own format; ``ros_map`` and ``aria_map``: other maps
 

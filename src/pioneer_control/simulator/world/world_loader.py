@@ -14,6 +14,7 @@ from ...maps.ros_map import RosMapReader
 from ...maps.yaml_nodes import LENGTH, NodeReader, compose
 from ...parameters import Number, Numbers, Switch, Text, nearest
 from .aria_map import FIRST_LINE, AriaMap
+from .generated import KINDS, named_world
 from .poses import Point, Pose, Wall, box_corners, closed
 from .ros_map import world_of_map
 from .world import SONAR_PLANE, Can, MarkedPlace, World, begin_at
@@ -32,10 +33,10 @@ def known_worlds() -> List[str]:
 
 
 def load_world(name_or_path: Union[str, Path]) -> World:
-    """Return a world of the package by its name, or load a world from a file by its path.
+    """Return a world of the package or a generated world by its name, or load a world from a file by its path.
 
-    An argument that has a `/` in it, or ends in one of `ENDINGS` or `PICTURES`, is a path. The content of the file
-    decides how it is read:
+    A generated world is named by kind and seed, such as ``offices-7``; see `generated`. An argument that has a `/` in
+    it, or ends in one of `ENDINGS` or `PICTURES`, is a path. The content of the file decides how it is read:
 
     * a text whose first line is ``2D-Map``: see `aria_map`;
     * a YAML mapping with the key ``image``: see `ros_map`;
@@ -71,7 +72,7 @@ def load_world(name_or_path: Union[str, Path]) -> World:
         WorldError: the world does not exist, or its file cannot be read or is not legal. For an illegal value, the
             message names the file, the line, the value, and the legal values.
     """
-    return _read(_find(name_or_path), of_any_kind=True)
+    return named_world(str(name_or_path)) or _read(_find(name_or_path), of_any_kind=True)
 
 
 def _read(path: Path, of_any_kind: bool = False) -> World:
@@ -113,8 +114,9 @@ def _find(name_or_path: Union[str, Path]) -> Path:
     if name not in known_worlds():
         near = nearest(name, known_worlds())
         hint = "did you mean %r? " % near if near else ""
-        raise WorldError("no world named %r; %sknown: %s; or give the path of a file (.yaml, .map)"
-                         % (name, hint, ", ".join(known_worlds())))
+        raise WorldError("no world named %r; %sknown: %s; or KIND-SEED, such as offices-7, with one of the kinds %s;"
+                         " or give the path of a file (.yaml, .map)"
+                         % (name, hint, ", ".join(known_worlds()), ", ".join(sorted(KINDS))))
     return GALLERY / ("%s.yaml" % name)
 
 

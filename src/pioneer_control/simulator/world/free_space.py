@@ -1,4 +1,4 @@
-"""How much floor a robot can use. Benchmarks compare a wander with this.
+"""How much floor a robot can use: whether a generated world has room, and what a wander is compared with.
 
 Questions are answered on a grid of `RESOLUTION`, for a disc that must fit, because a robot turns on the spot.
 """
@@ -9,8 +9,9 @@ from typing import Tuple
 
 import numpy as np
 
-from pioneer_control.simulator.world.grids import flood
-from pioneer_control.simulator.world import World
+from .geometry import Array
+from .grids import flood
+from .world import World
 
 RESOLUTION = 0.05
 """Side of a grid cell (m)."""
@@ -53,7 +54,7 @@ def gap_open(world: World, x: float, y: float, width: float = 1.0, reach: float 
 
 
 @functools.lru_cache(maxsize=16)
-def _grid(world: World) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _grid(world: World) -> Tuple[Array, Array, Array]:
     """Return the middles of the columns' and rows' cells, and the clearance (rows, columns) there."""
     low_x, low_y, high_x, high_y = world.bounds
     column_x = np.arange(math.floor(low_x / RESOLUTION) - 40, math.ceil(high_x / RESOLUTION) + 41) * RESOLUTION
@@ -61,7 +62,7 @@ def _grid(world: World) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     return column_x, row_y, world.clearances(column_x, row_y, _LIMIT)
 
 
-def _nearest_cell(column_x: np.ndarray, row_y: np.ndarray, x: float, y: float) -> np.ndarray:
+def _nearest_cell(column_x: Array, row_y: Array, x: float, y: float) -> Array:
     """Return a grid that is true only in the cell nearest to a point."""
     cell = np.zeros((len(row_y), len(column_x)), dtype=bool)
     cell[np.argmin(np.abs(row_y - y)), np.argmin(np.abs(column_x - x))] = True

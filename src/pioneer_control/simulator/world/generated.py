@@ -1,43 +1,55 @@
-"""Worlds drawn from a seed: hard but fair floors for benchmarks and tests.
+"""Draws worlds from seeds: hard but fair floors for tests and benchmarks, and offices.
 
-Every world is closed and turned by an angle of its own, so that nothing lies along the axes. It has one start, where
-any of the robots has room to turn and from where there is room to go.
+The same kind and seed give the same world for ever, because published results and recorded runs name them. Every world
+is closed and turned by an angle of its own, so that nothing lies along the axes. It has one start, where any of the
+robots has room to turn and from where there is room to go.
 """
 
 import math
 import random
-from typing import Callable, Dict, List, NamedTuple, Optional, Tuple
+import re
+from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 
-from free_space import room
-
-from pioneer_control.errors import WorldError
-from pioneer_control.simulator.world.poses import Point, Wall, box_walls, closed, compose, unit
-from pioneer_control.simulator.world.world import START_CLEARANCE, World
+from ...errors import WorldError
+from .free_space import room
+from .offices import office
+from .poses import Point, Wall, box_walls, closed, compose, unit
+from .world import START_CLEARANCE, World
 
 START_ROOM = 2.0
 """Least room (m, see `free_space.room`) that a start has."""
 
 
-class Floor(NamedTuple):
-    """A world as it is drawn, before it is turned: walls, posts (x, y, radius), and where a robot may start."""
+class DrawnFloor(NamedTuple):
+    """A world as it is drawn, before it is turned: walls, posts (x, y, radius), where a robot may start, and the
+    corners of each filled box, whose sides are among the walls.
+    """
 
     walls: List[Wall]
     posts: List[Tuple[float, float, float]]
     start: Point
+    boxes: Sequence[Sequence[Point]] = ()
 
 
-def random_world(seed: int, kind: Optional[str] = None) -> World:
+def random_world(seed: int, kind: Optional[str] = None, kinds: Sequence[str] = ()) -> World:
     """Return the world of a seed. It is always the same for the same seed and kind.
 
     Args:
-        kind: one of `KINDS`; None takes them in turn, so that a row of seeds has all of them.
+        seed: a whole number from 0 to `LARGEST_SEED`.
+        kind: one of `KINDS`. If None, the seed decides.
+        kinds: the kinds that are taken in turn, so that a row of seeds has all of them. `IN_TURN` if empty.
 
     Raises:
-        WorldError: for another kind.
+        WorldError: there is no such kind, or the seed is not legal.
     """
-    kind = sorted(KINDS)[seed % len(KINDS)] if kind is None else kind
+    if kind is None:
+        kinds = kinds or IN_TURN
+        kind = kinds[seed % len(kinds)]
     if kind not in KINDS:
-        raise WorldError("no kind of random world is called %r; known: %s" % (kind, ", ".join(sorted(KINDS))))
+        raise WorldError("no kind of generated world is called %r; known: %s" % (kind, ", ".join(sorted(KINDS))))
+    if not 0 <= seed <= LARGEST_SEED:
+        raise WorldError("world %s-%s: seed %s is not legal: give a whole number from 0 to %s"
+                         % (kind, seed, seed, LARGEST_SEED))
     rng = random.Random(seed)
     while True:
         world = _turned(KINDS[kind](rng), rng.uniform(-math.pi, math.pi), rng.uniform(-math.pi, math.pi),
@@ -47,7 +59,22 @@ def random_world(seed: int, kind: Optional[str] = None) -> World:
             return world
 
 
-def _turned(floor: Floor, angle: float, heading: float, name: str) -> World:
+def named_world(name: str) -> Optional[World]:
+    """Return the generated world with a name of the form KIND-SEED, such as ``offices-7``. None for other names.
+
+    Raises:
+        WorldError: the kind is known, but the seed is not legal.
+    """
+    kind, hyphen, seed = name.partition("-")
+    if kind not in KINDS or not hyphen:
+        return None
+    if not re.fullmatch("[0-9]{1,%d}" % len(str(LARGEST_SEED)), seed):
+        raise WorldError("world %s: seed %r is not legal: give a whole number from 0 to %s, such as %s-7"
+                         % (name, seed, LARGEST_SEED, kind))
+    return random_world(int(seed), kind)
+
+
+def _turned(floor: DrawnFloor, angle: float, heading: float, name: str) -> World:
     def turned(x: float, y: float) -> Point:
         return compose((0.0, 0.0, angle), (x, y, 0.0))[:2]
 
@@ -56,10 +83,11 @@ def _turned(floor: Floor, angle: float, heading: float, name: str) -> World:
         walls=[turned(x1, y1) + turned(x2, y2) for x1, y1, x2, y2 in floor.walls],
         posts=[turned(x, y) + (radius,) for x, y, radius in floor.posts],
         starts=[turned(*floor.start) + (heading,)],
+        boxes=[[turned(x, y) for x, y in corners] for corners in floor.boxes],
     )
 
 
-def corridors(rng: random.Random) -> Floor:
+def corridors(rng: random.Random) -> DrawnFloor:
     """Return a maze of corridors 1.1 to 1.9 m wide. It has a few more doors than it needs, so that some ways lead
     round.
     """
@@ -78,14 +106,15 @@ def corridors(rng: random.Random) -> Floor:
                 if inside and ((column, row), other) not in doors and rng.random() > 0.15:
                     walls.append(wall)
     column, row = rng.randrange(columns), rng.randrange(rows)
-    return Floor(walls, [], ((xs[column] + xs[column + 1]) / 2.0, (ys[row] + ys[row + 1]) / 2.0))
+    return DrawnFloor(walls, [], ((xs[column] + xs[column + 1]) / 2.0, (ys[row] + ys[row + 1]) / 2.0))
 
 
-def _spanning_doors(rng: random.Random, columns: int, rows: int) -> set:
+def _spanning_doors(rng: random.Random, columns: int, rows: int) -> Set[Tuple[Tuple[int, int], Tuple[int, int]]]:
     """Doors between neighbouring cells, as pairs in growing order, that join all cells:
     a walk that backs up when it is stuck.
     """
-    walk, seen, doors = [(0, 0)], {(0, 0)}, set()
+    walk, seen = [(0, 0)], {(0, 0)}
+    doors: Set[Tuple[Tuple[int, int], Tuple[int, int]]] = set()
     while walk:
         column, row = walk[-1]
         sides = ((column + 1, row), (column - 1, row), (column, row + 1), (column, row - 1))
@@ -100,7 +129,7 @@ def _spanning_doors(rng: random.Random, columns: int, rows: int) -> set:
     return doors
 
 
-def clutter(rng: random.Random) -> Floor:
+def clutter(rng: random.Random) -> DrawnFloor:
     """Return a room full of boxes, small and large, at all angles."""
     width, depth = rng.uniform(6.0, 10.0), rng.uniform(6.0, 10.0)
     start = _away_from_walls(rng, width, depth)
@@ -110,10 +139,10 @@ def clutter(rng: random.Random) -> Floor:
         inset = math.sqrt(length * length + breadth * breadth) / 2.0
         x, y = rng.uniform(inset, width - inset), rng.uniform(inset, depth - inset)
         walls += box_walls((x, y), (length, breadth), rng.uniform(-math.pi, math.pi))
-    return Floor(walls, [], start)
+    return DrawnFloor(walls, [], start)
 
 
-def corners(rng: random.Random) -> Floor:
+def corners(rng: random.Random) -> DrawnFloor:
     """Return a room with a jagged outline and a few free wedges."""
     count = rng.randint(6, 11)
     outline = []
@@ -128,17 +157,17 @@ def corners(rng: random.Random) -> Floor:
         opening, side, arm = rng.uniform(0.35, 1.3), rng.uniform(-math.pi, math.pi), rng.uniform(0.5, 1.3)
         for way in (side - opening / 2.0, side + opening / 2.0):
             walls.append(tip + _ahead(tip, way, arm))
-    return Floor(walls, [], (0.0, 0.0))
+    return DrawnFloor(walls, [], (0.0, 0.0))
 
 
-def dead_ends(rng: random.Random) -> Floor:
+def dead_ends(rng: random.Random) -> DrawnFloor:
     """Return a hall with alcoves on both sides, some of them narrowing. Every way except along the hall ends at a wall.
     """
     length, width = rng.uniform(7.0, 11.0), rng.uniform(1.3, 2.2)
     below = _alcoves(rng, length)
     above = _alcoves(rng, length)
     outline = [(x, -y) for x, y in below] + [(x, width + y) for x, y in reversed(above)]
-    return Floor(closed(outline), [], (rng.uniform(1.0, length - 1.0), width / 2.0))
+    return DrawnFloor(closed(outline), [], (rng.uniform(1.0, length - 1.0), width / 2.0))
 
 
 def _alcoves(rng: random.Random, length: float) -> List[Point]:
@@ -154,7 +183,7 @@ def _alcoves(rng: random.Random, length: float) -> List[Point]:
         x += mouth + rng.uniform(0.3, 1.6)
 
 
-def poles(rng: random.Random) -> Floor:
+def poles(rng: random.Random) -> DrawnFloor:
     """Return a bare room with poles of 5 to 30 cm, single and in rows. A robot may or may not fit through a row."""
     width, depth = rng.uniform(5.5, 9.0), rng.uniform(5.5, 9.0)
     start = _away_from_walls(rng, width, depth)
@@ -168,12 +197,21 @@ def poles(rng: random.Random) -> Floor:
         for number in range(rng.randint(3, 5)):
             posts.append((*_ahead((x, y), angle, number * gap), 0.025))
     inside = [post for post in posts if 0.1 < post[0] < width - 0.1 and 0.1 < post[1] < depth - 0.1]
-    return Floor(closed([(0.0, 0.0), (width, 0.0), (width, depth), (0.0, depth)]), inside, start)
+    return DrawnFloor(closed([(0.0, 0.0), (width, 0.0), (width, depth), (0.0, depth)]), inside, start)
 
 
-KINDS: Dict[str, Callable[[random.Random], Floor]] = {
-    function.__name__: function for function in (corridors, clutter, corners, dead_ends, poles)
+def offices(rng: random.Random) -> DrawnFloor:
+    """Return an office: rooms on both sides of a corridor, with furniture. See `offices.office`."""
+    return DrawnFloor(*office(rng))
+
+
+KINDS: Dict[str, Callable[[random.Random], DrawnFloor]] = {
+    function.__name__: function for function in (corridors, clutter, corners, dead_ends, poles, offices)
 }
+"""Functions that draw a floor, by kind."""
+IN_TURN = ("clutter", "corners", "corridors", "dead_ends", "poles")
+"""The kinds that seeds take in turn when none is named: those of bench/wander.md."""
+LARGEST_SEED = 999999999
 
 
 def _ahead(point: Point, angle: float, distance: float) -> Point:

@@ -1,0 +1,128 @@
+"""Puts obstacles on a floor so that nothing is cut off: a robot still gets everywhere where it got before.
+
+Lengths are in metres, coordinates in the map frame.
+"""
+
+import math
+from typing import List, NamedTuple, Sequence, Tuple
+
+import numpy as np
+
+from .geometry import Array, Solids, is_inside
+from .grids import flood
+from .poses import Point, Wall, box_corners, closed, placed
+from .world import World
+
+PASSAGE = 0.3
+"""Half the width (m) of the ways that stay open: at every obstacle a robot 0.5 m wide gets past, with some room."""
+RESOLUTION = 0.1
+"""Side (m) of a cell of the grid on which ways are searched."""
+CHAIR_LEG = 0.02
+"""Radius (m) of a chair's leg."""
+
+
+class Furniture(NamedTuple):
+    """Something that stands on the floor: a box by its four corners, or posts ``(x, y, radius)`` that belong together.
+
+    The other of the two is empty.
+    """
+
+    corners: Tuple[Point, ...] = ()
+    posts: Tuple[Tuple[float, float, float], ...] = ()
+
+    @property
+    def walls(self) -> List[Wall]:
+        """The sides of the box."""
+        return closed(self.corners)
+
+    @property
+    def solids(self) -> Solids:
+        """The walls and posts in the form for computation."""
+        return Solids(np.array(self.walls).reshape(-1, 4), np.array(self.posts).reshape(-1, 3))
+
+
+def box(centre: Point, size: Point, angle: float) -> Furniture:
+    """Return a box as an obstacle. For the arguments see `poses.box_corners`."""
+    return Furniture(corners=tuple(box_corners(centre, size, angle)))
+
+
+def post(centre: Point, radius: float) -> Furniture:
+    """Return a post as an obstacle."""
+    return Furniture(posts=((*centre, radius),))
+
+
+def chair(centre: Point, side: float, angle: float) -> Furniture:
+    """Return the four legs of a chair, in a square with the given side (m)."""
+    half = side / 2.0
+    legs = placed(((-half, -half), (half, -half), (half, half), (-half, half)), (*centre, angle))
+    return Furniture(posts=tuple((x, y, CHAIR_LEG) for x, y in legs))
+
+
+class Furnishing:
+    """Puts obstacles on the floor of a world, one after the other.
+
+    Args:
+        world: the world. It is not changed.
+        kept: places ``(x, y, distance)`` that every obstacle must keep away from: doors, and where robots start.
+
+    Attributes:
+        obstacles: what was put there so far.
+    """
+
+    def __init__(self, world: World, kept: Sequence[Tuple[float, float, float]] = ()):
+        self._world, self._kept = world, kept
+        low_x, low_y, high_x, high_y = world.bounds
+        self._x = np.arange(low_x + RESOLUTION / 2.0, high_x, RESOLUTION)
+        self._y = np.arange(low_y + RESOLUTION / 2.0, high_y, RESOLUTION)
+        fits = world.clearances(self._x, self._y, limit=PASSAGE) >= PASSAGE
+        self._seeds = np.zeros_like(fits)
+        for x, y, _ in world.starts:
+            self._seeds[abs(self._y - y).argmin(), abs(self._x - x).argmin()] = True
+        self._reached = flood(self._seeds, fits)
+        self.obstacles: List[Furniture] = []
+
+    def reached(self) -> Array:
+        """Return the points (n, 2) that the middle of a robot can reach from a start, on a grid."""
+        rows, columns = np.nonzero(self._reached)
+        return np.column_stack((self._x[columns], self._y[rows]))
+
+    def put(self, obstacle: Furniture) -> bool:
+        """Put an obstacle on the floor, unless it overlaps anything, is in a kept place, or would cut off any floor.
+
+        Returns:
+            Whether it stands there now.
+        """
+        solids = obstacle.solids
+        if self._overlaps(obstacle) or any(
+                np.concatenate(solids.distances(np.array(x), np.array(y))).min() < distance
+                for x, y, distance in self._kept):
+            return False
+        left = self._reached & ~self._covered(obstacle)
+        if (flood(self._seeds & left, left) != left).any():
+            return False
+        self._reached = left
+        self.obstacles.append(obstacle)
+        return True
+
+    def _covered(self, obstacle: Furniture) -> Array:
+        """Return the cells of the grid that the middle of a robot cannot reach any more, because of an obstacle."""
+        clearance = World("obstacle", obstacle.walls, obstacle.posts).clearances(self._x, self._y, limit=PASSAGE)
+        inside = np.full(clearance.shape, bool(obstacle.corners))
+        for x1, y1, x2, y2 in obstacle.walls:    # counter-clockwise
+            inside &= (x2 - x1) * (self._y[:, None] - y1) - (y2 - y1) * (self._x - x1) > 0.0
+        covered: Array = inside | (clearance < PASSAGE)
+        return covered
+
+    def _overlaps(self, obstacle: Furniture) -> bool:
+        """Return whether an obstacle overlaps a wall, a post or another obstacle."""
+        outlines = [obstacle.corners] if obstacle.corners else [
+            ((x - r, y - r), (x + r, y - r), (x + r, y + r), (x - r, y + r)) for x, y, r in obstacle.posts]
+        for outline in outlines:
+            xs, ys = zip(*outline)
+            x, y = (min(xs) + max(xs)) / 2.0, (min(ys) + max(ys)) / 2.0
+            radius = math.sqrt((max(xs) - min(xs)) ** 2 + (max(ys) - min(ys)) ** 2) / 2.0
+            if self._world.touches(outline) or any(
+                    other.solids.overlap(outline, x, y, radius)
+                    or other.corners and is_inside(*outline[0], other.corners) for other in self.obstacles):
+                return True
+        return any(is_inside(*outline[0], other) for outline in outlines for other in self._world.boxes)
