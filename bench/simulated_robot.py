@@ -63,7 +63,14 @@ class SimulatedRobot:
 
     def sense(self) -> Sensing:
         """Let time pass until a standard packet has come, and return what it says, for navigation."""
+        return self._sensing(self._next_sip())
+
+    def sense_both(self) -> Tuple[Sensing, Snapshot]:
+        """Let time pass until a standard packet has come, and return what it says, for navigation and for a wander."""
         sip = self._next_sip()
+        return self._sensing(sip), self._snapshot(sip)
+
+    def _sensing(self, sip: p2os.Sip) -> Sensing:
         return Sensing(self.firmware.time, Pose(*self._odometry.pose),
                        timed(self._ranges(sip), self.firmware.time))
 

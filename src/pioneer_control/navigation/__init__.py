@@ -1,8 +1,18 @@
 """Where the robot is, what the map is, and how the robot gets to a goal. Open ``values`` first.
 
-``values``   what the robot senses and is told; ``firings``: when each sonar fired; ``senses``: both
-             from the topics of a robot
-``map_files`` loads maps with their named places
+``values``           what the robot senses and is told; ``firings``: when each sonar fired; ``senses``:
+                     both from the topics of a robot
+``map_files``        loads maps with their named places
+``tuned``            all numbers that were tuned, and what each does
+
+Where it is:
+
+``localisation``     the front: a packet or a scan goes in, the pose and how sure it is come out
+``pose_cloud``       the cloud of poses where it may be
+``pose_search``      finds poses anywhere on the map that explain the last readings
+``certainty``        whether the pose may be trusted
+``measurement``      how well a pose explains readings; ``expected_ranges``: what a map lets expect
+``recent_readings``  readings with the place of their sensor
 
 Everything here is pure: maps, what the robot sensed, and time go in; poses, maps, plans and velocities come out. There
 is no ROS, no clock and no thread but in ``node``.

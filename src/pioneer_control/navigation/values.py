@@ -3,7 +3,7 @@
 Lengths are in metres, angles in radians, counter-clockwise positive, times in seconds.
 """
 
-from typing import NamedTuple, Tuple
+from typing import NamedTuple, Sequence, Tuple
 
 from ..floor_poses import Pose
 
@@ -29,6 +29,22 @@ class Sensing(NamedTuple):
     time: float
     odometry: Pose
     firings: Tuple[Firing, ...]
+
+
+class Scan(NamedTuple):
+    """What a laser measures in one turn.
+
+    `odometry` is the pose by the wheels at `time` (s), `mount` that of the laser on the robot. Ray number i looks to
+    `first_angle` + i * `angle_step` (rad; 0 is straight ahead of the laser) and measures `ranges[i]` (m), infinite or
+    NaN where it sees nothing.
+    """
+
+    time: float
+    odometry: Pose
+    mount: Pose
+    first_angle: float
+    angle_step: float
+    ranges: Sequence[float]
 
 
 class Twist(NamedTuple):

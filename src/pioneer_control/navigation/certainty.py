@@ -1,0 +1,95 @@
+"""Whether the robot may trust the pose that it has: a judgement on the cloud and on the readings."""
+
+from typing import Any
+
+import numpy as np
+
+from .pose_cloud import Spread
+from .tuned import LocalisationNumbers
+
+Array = Any     # of numpy
+
+UNKNOWN = "I do not know where I am: "
+"""The beginning of each reason."""
+
+
+class Certainty:
+    """Judges, packet by packet.
+
+    Each world has a usual share of echoes that the true pose explains: furniture, slanting walls and people make it
+    smaller. It is learnt while the pose is sure.
+
+    Args:
+        tuned: the numbers of localisation.
+
+    Attributes:
+        reason: why the pose is not sure, for people; empty if it is.
+        explained: share of the last echoes that the pose explains.
+    """
+
+    def __init__(self, tuned: LocalisationNumbers):
+        self._tuned = tuned
+        self._usual = tuned.usual_explained
+        self.lose("I was not told, and have not heard enough yet; drive me a little")
+
+    @property
+    def sure(self) -> bool:
+        """Whether the pose is sure."""
+        return not self.reason
+
+    @property
+    def doubts(self) -> bool:
+        """Whether the readings contradict the pose."""
+        return self.explained < self._tuned.unsure_explained * self._usual
+
+    def lose(self, why: str) -> None:
+        """From now on no place is likely."""
+        self._placed, self._lost = False, why
+        self.reason, self.explained = UNKNOWN + why, self._usual
+        self._trusted_way = self._blind_way = 0.0
+        self._unique = False
+
+    def place(self, trusted: bool) -> None:
+        """From now on some place is likely. If `trusted`, a person said so."""
+        self._placed = True
+        self.explained = self._usual
+        self._trusted_way = self._tuned.sure_way if trusted else 0.0
+        self._blind_way = 0.0
+        self._unique = trusted
+        self.reason = self.reason or UNKNOWN + "I have just found a place where I may be, and drive on to be sure"
+
+    def compare(self, better: float) -> None:
+        """Take how much better the pose explains each reading than all poses elsewhere (log-likelihood)."""
+        self._unique = better > self._tuned.rival_margin
+
+    def hear(self, explained: Array, way: float) -> None:
+        """Take what readings say about the pose (see `RangeModel.explained`), and the way since the last ones (m)."""
+        said = explained[~np.isnan(explained)]
+        for each in said.tolist():
+            self.explained += (each - self.explained) / self._tuned.explained_readings
+            if self.sure:
+                self._usual += (each - self._usual) / (20.0 * self._tuned.explained_readings)
+        self._usual = min(max(self._usual, 0.5), 0.95)
+        self._blind_way = 0.0 if said.any() else self._blind_way + way
+        self._trusted_way += way if self.explained >= self._tuned.sure_explained * self._usual else 0.0
+
+    def judge(self, spread: Spread) -> None:
+        """Decide whether the pose is sure."""
+        tuned = self._tuned
+        why = ""
+        wanted = tuned.unsure_explained if self.sure else tuned.sure_explained
+        if not self._placed:
+            why = self._lost
+        elif self._blind_way > tuned.blind_way:
+            why = "nothing that I heard in the last %.1f m told me" % self._blind_way
+        elif self.explained < wanted * self._usual:
+            why = "what I hear does not fit the map here"
+        elif spread.position > tuned.sure_position * (1.0 if self.sure else 0.7):
+            why = "I may be %.1f m away from there" % spread.position
+        elif spread.heading > tuned.sure_heading * (1.0 if self.sure else 0.7):
+            why = "I may look %.0f degrees elsewhere" % np.degrees(spread.heading)
+        elif not self.sure and not self._unique:
+            why = "other places look like this one"
+        elif self._trusted_way < tuned.sure_way:
+            why = "I have just found a place where I may be, and drive on to be sure"
+        self.reason = UNKNOWN + why if why else ""

@@ -1,0 +1,202 @@
+"""Where the robot is on a known map, from odometry and sonar or a laser: a cloud of poses, moved and weighed.
+
+The cloud (a particle filter) follows the robot. A search (`PoseSearch`) looks for poses anywhere on the map that
+explain the last readings better: so the robot finds out where it begins, and that somebody has carried it. Where it
+is not sure, it says why.
+"""
+
+from typing import Any, NamedTuple, Optional, Sequence
+
+import numpy as np
+
+from ..errors import UsageError
+from ..floor_poses import Pose, compose, relative
+from ..maps import FREE, GridMap
+from ..robots import Transducer
+from .certainty import Certainty
+from .expected_ranges import LASER_BEAM, SONAR_BEAM, standing_room
+from .measurement import Beams, RangeModel
+from .pose_cloud import PoseCloud
+from .pose_search import Found, PoseSearch, same_place
+from .recent_readings import FiringPoses, RecentReadings, scan_beams
+from .tuned import LASER_NUMBERS, SONAR_NUMBERS, LocalisationNumbers
+from .values import Scan, Sensing
+
+Array = Any     # of numpy
+
+LONGEST_STEP = 1.0
+"""No robot drives farther (m) from one packet to the next: odometry that does so has been reset."""
+OFF_THE_FLOOR = 50.0
+"""What the log-likelihood of a pose loses where no floor is free."""
+SHORTEST_WAY = 0.003
+"""Readings after a shorter way (m) are not weighed: the robot stands."""
+
+
+class Where(NamedTuple):
+    """Where the robot is.
+
+    Attributes:
+        time: time (s) of the packet.
+        pose: the most likely pose (map frame).
+        sure: whether another program may drive by this pose.
+        covariance: array (3, 3) of x, y (m^2) and heading (rad^2), of all likely poses.
+        reason: why it is not sure, for people; empty if it is.
+    """
+
+    time: float
+    pose: Pose
+    sure: bool
+    covariance: Array
+    reason: str
+
+
+class Sense:
+    """A sensor in use: how poses explain it, what share of its log-likelihoods counts, and the way (m) since then."""
+
+    def __init__(self, model: RangeModel, weight: float):
+        self.model, self.weight, self.way = model, weight, 0.0
+
+
+class Localisation:
+    """Localises one robot on one map. The same values with the same seed give the same poses.
+
+    At first the start is unknown. `known_start` says where the robot is. Times never go back; after a jump of time or
+    another map, make a new object.
+
+    Args:
+        grid_map: the map.
+        transducers: the sonar transducers of the robot.
+        tuned: numbers to use.
+        seed: seed of all random choices.
+        laser: the robot has a laser. Then searches compare poses with its scans, not with sonar.
+
+    Attributes:
+        where: the last result; None before the first packet.
+    """
+
+    def __init__(self, grid_map: GridMap, transducers: Sequence[Transducer],
+                 tuned: LocalisationNumbers = LocalisationNumbers(), seed: int = 0, laser: bool = False):
+        self._map, self._tuned = grid_map, tuned
+        luck = np.random.default_rng(seed)
+        self._sonar = Sense(RangeModel(grid_map, SONAR_BEAM, SONAR_NUMBERS, tuned.map_bias), tuned.weight)
+        self._laser = Sense(
+            RangeModel(grid_map, LASER_BEAM, LASER_NUMBERS, tuned.map_bias), tuned.laser_weight) if laser else None
+        self._main = self._laser or self._sonar     # the sense that searches and judges
+        places = standing_room(grid_map, tuned.clearance)
+        self._search = PoseSearch(self._main.model, places, len(places) * grid_map.resolution ** 2, tuned, luck)
+        self._cloud = PoseCloud(tuned, luck)
+        self._firing_poses = FiringPoses(transducers)
+        self._recent = RecentReadings(tuned.remembered)
+        self._certainty = Certainty(tuned)
+        self._odometry: Optional[Pose] = None
+        self._next_search = 0.0
+        self._search_odometry = Pose(0.0, 0.0, 0.0)
+        self.where: Optional[Where] = None
+        self.unknown_start()
+
+    @property
+    def particles(self) -> Array:
+        """The cloud, for drawing: array (poses, 3) of x, y (m) and heading (rad)."""
+        return self._cloud.poses
+
+    def known_start(self, pose: Pose, position: float = 0.5, heading: float = 0.26) -> None:
+        """Say where the robot is now, and how exactly: standard deviations in m and rad."""
+        self._recent.forget()
+        self._search.give_up()
+        self._known = True
+        self._cloud.put(np.array([pose], dtype=float), np.zeros(1), position, heading, self._tuned.particles_searching)
+        self._certainty.place(trusted=True)
+
+    def unknown_start(self) -> None:
+        """Say that the robot may be anywhere."""
+        self._recent.forget()
+        self._search.give_up()
+        self._known = False
+        self._certainty.lose("nobody told me, and I have not heard enough yet: drive me a little")
+        count = self._tuned.particles_searching
+        self._cloud.put(self._search.random_poses(count), np.zeros(count), 0.0, 0.0, count)
+
+    def update(self, sensing: Sensing) -> Where:
+        """Take what the robot senses in one packet. Return where it is at the time of the packet."""
+        self._move(sensing.odometry)
+        return self._take(self._sonar, self._firing_poses.beams(sensing, self._sonar.model.expected.number_of),
+                          sensing.time, sensing.odometry)
+
+    def update_scan(self, scan: Scan) -> Where:
+        """Take a scan of the laser. Return where the robot is at its time.
+
+        Raises:
+            UsageError: the robot has no laser.
+        """
+        if self._laser is None:
+            raise UsageError("a scan, but localisation was made for a robot without a laser: give laser=True")
+        self._move(scan.odometry)
+        return self._take(self._laser, scan_beams(scan, self._laser.model.expected.number_of), scan.time, scan.odometry)
+
+    def _move(self, odometry: Pose) -> None:
+        """Move the cloud to new odometry."""
+        step = relative(self._odometry or odometry, odometry)
+        self._odometry = odometry
+        if abs(step.x) + abs(step.y) > LONGEST_STEP:
+            self._recent.forget()
+            self._search.give_up()
+            return
+        self._cloud.move(step)
+        way = float(np.hypot(step.x, step.y)) + self._tuned.turn_as_way * abs(step.heading)
+        for sense in (self._sonar, self._laser):
+            if sense is not None:
+                sense.way += way
+
+    def _take(self, sense: Sense, beams: Beams, time: float, odometry: Pose) -> Where:
+        """Weigh the cloud by readings, the less the shorter the way since the last ones: standing tells nothing new."""
+        tuned, way = self._tuned, sense.way
+        moved = way >= SHORTEST_WAY and len(beams.x) > 0
+        if moved:
+            logs = sense.model.log_likelihoods(self._cloud.poses, beams).sum(axis=1)
+            logs[self._map.at(*self._cloud.poses[:, :2].T) != FREE] -= OFF_THE_FLOOR
+            share = sense.weight * min(1.0, way / tuned.full_way)
+            self._cloud.weigh(logs * share, tuned.particles if self._certainty.sure else tuned.particles_searching)
+            sense.way = 0.0
+        if sense is self._main:
+            if moved:
+                self._recent.add(odometry, beams)
+            self._look_everywhere(time, odometry)
+        spread = self._cloud.spread()
+        if sense is self._main and len(beams.x):
+            self._certainty.hear(sense.model.explained(np.array(spread.pose), beams), way if moved else 0.0)
+        self._certainty.judge(spread)
+        self.where = Where(time, spread.pose, self._certainty.sure, spread.covariance, self._certainty.reason)
+        return self.where
+
+    def _look_everywhere(self, time: float, odometry: Pose) -> None:
+        """Search for better poses, a step at each packet."""
+        tuned = self._tuned
+        if self._search.runs:
+            found = self._search.step()
+            if found is not None:
+                self._next_search = time + (tuned.period_sure if self._certainty.sure else tuned.period_unsure)
+                self._consider(found, odometry)
+        elif time >= self._next_search and len(self._recent) >= tuned.least_readings:
+            beams = self._recent.seen_from(odometry)
+            if np.count_nonzero(beams.measured != self._main.model.expected.none) >= tuned.least_readings / 2:
+                self._search_odometry = odometry
+                self._search.begin(beams)
+
+    def _consider(self, found: Found, odometry: Pose) -> None:
+        """Compare the cloud with what a search found, and go to what is much better."""
+        step = relative(self._search_odometry, odometry)
+        beams = self._recent.seen_from(odometry)
+        others = self._search.scored(np.array([compose(Pose(*pose), step) for pose in found.poses.tolist()]), beams)
+        if self._known:
+            here = self._search.improved(self._cloud.poses[::10], beams)
+            elsewhere = [not same_place(pose, here.poses[0]) for pose in others.poses]
+            better = others.scores[elsewhere].max(initial=-np.inf) - here.scores[0]
+            self._certainty.compare(-better)
+            if better < self._tuned.margin:
+                return
+            others = Found(np.vstack((others.poses[elsewhere], here.poses)),
+                           np.concatenate((others.scores[elsewhere], here.scores)), others.readings)
+        self._known = True
+        logs = others.scores * others.readings * self._tuned.weight
+        self._cloud.put(others.poses, logs, 0.06, 0.05, self._tuned.particles_searching)
+        self._certainty.place(trusted=False)

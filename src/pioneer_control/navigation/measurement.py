@@ -1,0 +1,114 @@
+"""How well poses explain what a sensor measured: the same for sonar and for a laser, with other numbers.
+
+`Beams` are readings of one moment or of a while, each with the pose that its sensor had relative to the robot as it
+stands now. `RangeModel` gives each robot pose the log-likelihood of each reading. The likelihood of a measured range is
+a sum of five parts: near the expected range, longer, none, shorter, and any.
+"""
+
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..maps import GridMap
+from .expected_ranges import Beam, ExpectedRanges
+from .tuned import SensorNumbers
+
+Array = Any     # of numpy
+
+COARSER = 4.0
+"""For poses that are only roughly right, the standard deviations are so many times larger."""
+NEAR = 2.5
+"""A reading is explained when it is within so many standard deviations of the expected range."""
+
+
+class Beams(NamedTuple):
+    """Readings, as arrays of one length.
+
+    Attributes:
+        x: x of the sensor at its reading, relative to the robot's present pose (m).
+        y: y of the sensor, relative in the same way (m).
+        heading: direction in which the sensor looked, relative to the robot's present heading (rad).
+        measured: number of the range, see `ExpectedRanges.number_of`.
+    """
+
+    x: Array
+    y: Array
+    heading: Array
+    measured: Array
+
+    def some(self, which: Array) -> "Beams":
+        """Return the readings with these indices."""
+        return Beams(self.x[which], self.y[which], self.heading[which], self.measured[which])
+
+
+class RangeModel:
+    """Compares measured ranges with those that a map lets expect.
+
+    Args:
+        grid_map: the map.
+        beam: what the sensor looks with.
+        numbers: how its readings scatter.
+        bias: see `ExpectedRanges`.
+
+    Attributes:
+        expected: the table of expected ranges.
+    """
+
+    def __init__(self, grid_map: GridMap, beam: Beam, numbers: SensorNumbers, bias: float):
+        self.expected = ExpectedRanges(grid_map, beam, bias)
+        self._count = self.expected.none + 1
+        ranges = np.arange(self._count) * beam.unit
+        self._near = np.rint(NEAR * (numbers.sigma + numbers.sigma_per_metre * ranges) / beam.unit).astype(np.int32)
+        coarse = replace(numbers, sigma=numbers.sigma * COARSER, sigma_per_metre=numbers.sigma_per_metre * COARSER)
+        self._fine_logs, self._coarse_logs = (
+            np.log(likelihoods(ranges, beam, each)).astype(np.float32).ravel() for each in (numbers, coarse))
+
+    def log_likelihoods(self, poses: Array, beams: Beams, coarse: bool = False) -> Array:
+        """Return the log-likelihood of each reading for each pose: float32 array (poses, readings).
+
+        Args:
+            poses: array (poses, 3) of x, y (m) and heading (rad) of the robot now, map frame.
+            beams: the readings.
+            coarse: the poses are only roughly right, so readings may differ more.
+        """
+        logs = self._coarse_logs if coarse else self._fine_logs
+        return logs[self._expected(poses, beams) * self._count + beams.measured]
+
+    def explained(self, pose: Array, beams: Beams) -> Array:
+        """Return for each reading 1 if a pose (x, y, heading) explains it, 0 if not, and NaN if it says nothing.
+
+        A reading without an echo says nothing: a wall may have bounced the sound away.
+        """
+        expected = self._expected(np.reshape(pose, (1, 3)), beams)[0]
+        near = np.abs(expected - beams.measured) <= self._near[expected]
+        return np.where(beams.measured == self.expected.none, np.nan, near.astype(float))
+
+    def _expected(self, poses: Array, beams: Beams) -> Array:
+        x, y, heading = poses[:, 0, None], poses[:, 1, None], poses[:, 2, None]
+        cosine, sine = np.cos(heading), np.sin(heading)
+        return self.expected.numbers(x + cosine * beams.x - sine * beams.y, y + sine * beams.x + cosine * beams.y,
+                                     heading + beams.heading)
+
+
+def likelihoods(ranges: Array, beam: Beam, numbers: SensorNumbers) -> Array:
+    """Return the likelihood of each measured number for each expected number: array (expected, measured).
+
+    Each row has the sum 1. The last row and the last column stand for no echo.
+    """
+    expected, measured = ranges[:, None], ranges[None, :-1]
+    sigma = numbers.sigma + numbers.sigma_per_metre * expected
+    near = _shares(np.exp(-0.5 * np.square((measured - expected) / sigma)))
+    longer, shorter = _shares((measured > expected).astype(float)), _shares((measured < expected).astype(float))
+    anything = np.full_like(near, 1.0 / near.shape[1])
+    echoes = (numbers.hit * near + numbers.long * longer + numbers.short * shorter + numbers.random * anything)
+    all_parts = np.hstack((echoes, np.full((len(ranges), 1), numbers.none + numbers.random * 0.05)))
+    # nothing is in reach: no echo, or that of a thing that is on no map
+    all_parts[-1, :-1] = numbers.short * shorter[-1] + numbers.random * anything[-1]
+    all_parts[-1, -1] = numbers.hit + numbers.none + numbers.long
+    return all_parts / all_parts.sum(axis=1, keepdims=True)
+
+
+def _shares(rows: Array) -> Array:
+    """Scale each row to the sum 1. Rows of zeros stay so."""
+    return rows / np.maximum(rows.sum(axis=1, keepdims=True), 1e-12)

@@ -1,0 +1,110 @@
+"""A cloud of poses (particles) that says where the robot may be: it moves with the robot, and readings weigh it."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..floor_poses import Pose
+from .tuned import LocalisationNumbers
+
+Array = Any     # of numpy
+
+MAIN_POSITION, MAIN_HEADING = 0.5, 0.5
+"""Poses that differ less (m, rad) from the middle of the likeliest place are of this place."""
+
+
+class Spread(NamedTuple):
+    """The middle of the likeliest place of a cloud, and the covariance (3, 3) of the whole cloud about it."""
+
+    pose: Pose
+    covariance: Array
+
+    @property
+    def position(self) -> float:
+        """Standard deviation of the position (m), in the direction in which it is greatest."""
+        (xx, xy), (_, yy) = self.covariance[:2, :2].tolist()
+        return math.sqrt((xx + yy) / 2.0 + math.hypot((xx - yy) / 2.0, xy))
+
+    @property
+    def heading(self) -> float:
+        """Standard deviation of the heading (rad)."""
+        return math.sqrt(float(self.covariance[2, 2]))
+
+
+class PoseCloud:
+    """The cloud.
+
+    Args:
+        tuned: the numbers of localisation.
+        luck: random generator.
+
+    Attributes:
+        poses: array (poses, 3) of x, y (m) and heading (rad, not wrapped), map frame.
+    """
+
+    def __init__(self, tuned: LocalisationNumbers, luck: Any):
+        self._tuned, self._luck = tuned, luck
+        self.put(np.zeros((1, 3)), np.zeros(1), 0.0, 0.0, 1)
+
+    def put(self, middles: Array, logs: Array, position: float, heading: float, count: int) -> None:
+        """Begin anew with `count` poses about some middles (poses, 3), in shares by their log-weights.
+
+        `position` and `heading` are the standard deviations about each middle (m, rad).
+        """
+        chosen = _chosen(np.exp(logs - np.max(logs)), count, self._luck)
+        self.poses = middles[chosen] + self._luck.normal(size=(count, 3)) * (position, position, heading)
+        self._logs = np.zeros(count)
+
+    def move(self, step: Pose) -> None:
+        """Move all poses by a motion that the wheels measured, each with another error of the wheels."""
+        way, turn = math.hypot(step.x, step.y), abs(step.heading)
+        if not way and not turn:
+            return
+        tuned, count = self._tuned, len(self.poses)
+        scatter = self._luck.normal(size=(3, count))
+        heading = self.poses[:, 2] + step.heading / 2.0
+        cosine, sine = np.cos(heading), np.sin(heading)
+        error = tuned.noise_way * math.sqrt(way)
+        ahead, aside = step.x + scatter[0] * error, step.y + scatter[1] * error * 0.3
+        # the step was measured from the heading at its beginning
+        half_cosine, half_sine = math.cos(step.heading / 2.0), math.sin(step.heading / 2.0)
+        ahead, aside = ahead * half_cosine + aside * half_sine, aside * half_cosine - ahead * half_sine
+        self.poses[:, 0] += cosine * ahead - sine * aside
+        self.poses[:, 1] += sine * ahead + cosine * aside
+        turn_error = math.sqrt(tuned.noise_turn_of_way ** 2 * way + tuned.noise_turn ** 2 * turn)
+        self.poses[:, 2] += step.heading + scatter[2] * turn_error
+
+    def weigh(self, logs: Array, count: int) -> None:
+        """Weigh each pose by a log-likelihood. When few poses have most of the weight, draw `count` poses anew."""
+        self._logs += logs
+        self._logs -= self._logs.max()
+        weights = np.exp(self._logs)
+        if weights.sum() ** 2 < 0.5 * len(weights) * np.square(weights).sum() or count != len(weights):
+            self.poses = self.poses[_chosen(weights, count, self._luck)]
+            self._logs = np.zeros(count)
+
+    def spread(self) -> Spread:
+        """Return where the robot most likely is, and how far the cloud spreads."""
+        weights = np.exp(self._logs)
+        weights /= weights.sum()
+        middle = self.poses[weights.argmax()]
+        for _ in range(2):      # from the likeliest pose to the middle of the poses about it
+            off = self._off(middle)
+            near = weights * ((np.abs(off[:, :2]).max(axis=1) < MAIN_POSITION) & (np.abs(off[:, 2]) < MAIN_HEADING))
+            middle = middle + near @ off / near.sum()
+        off = self._off(middle)
+        covariance = (off * weights[:, None]).T @ off
+        x, y, heading = middle.tolist()
+        return Spread(Pose(x, y, math.remainder(heading, 2.0 * math.pi)), covariance)
+
+    def _off(self, middle: Array) -> Array:
+        off = self.poses - middle
+        off[:, 2] = (off[:, 2] + math.pi) % (2.0 * math.pi) - math.pi
+        return off
+
+
+def _chosen(weights: Array, count: int, luck: Any) -> Array:
+    """Return `count` indices, each in proportion to its weight (systematic resampling)."""
+    sums = np.cumsum(weights)
+    return np.minimum(np.searchsorted(sums, (luck.random() + np.arange(count)) / count * sums[-1]), len(weights) - 1)

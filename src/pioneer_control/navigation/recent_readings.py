@@ -1,0 +1,103 @@
+"""Readings with the place of their sensor: those of a packet, of a scan, and of the last metres."""
+
+from typing import Any, List, Sequence, Tuple
+
+import numpy as np
+
+from ..floor_poses import Pose, compose, relative
+from ..robots import Transducer
+from .measurement import Beams
+from .values import Scan, Sensing
+
+Array = Any     # of numpy
+
+MOST_RAYS = 40
+"""A scan has hundreds of rays, which say much the same. So many of them are used."""
+
+
+class RecentReadings:
+    """Keeps the newest readings, and places them relative to the robot.
+
+    Args:
+        most: number of readings to keep.
+    """
+
+    def __init__(self, most: int):
+        self._rows = np.empty((2 * most, 4))    # x, y, heading of the sensor (odometry frame), range number
+        self._most, self._end = most, 0
+
+    def __len__(self) -> int:
+        return min(self._end, self._most)
+
+    def forget(self) -> None:
+        """Forget all readings."""
+        self._end = 0
+
+    def add(self, odometry: Pose, beams: Beams) -> None:
+        """Keep readings that were placed relative to the robot at `odometry`."""
+        cosine, sine = np.cos(odometry.heading), np.sin(odometry.heading)
+        count = len(beams.x)
+        if self._end + count > len(self._rows):
+            self._rows[:self._most] = self._rows[self._end - self._most:self._end].copy()
+            self._end = self._most
+        self._rows[self._end:self._end + count] = np.stack((
+            odometry.x + cosine * beams.x - sine * beams.y, odometry.y + sine * beams.x + cosine * beams.y,
+            odometry.heading + beams.heading, beams.measured), axis=1)
+        self._end += count
+
+    def seen_from(self, odometry: Pose) -> Beams:
+        """Return all kept readings, oldest first, relative to the robot at `odometry`."""
+        rows = self._rows[max(0, self._end - self._most):self._end]
+        cosine, sine = np.cos(odometry.heading), np.sin(odometry.heading)
+        x, y = rows[:, 0] - odometry.x, rows[:, 1] - odometry.y
+        return Beams(x * cosine + y * sine, y * cosine - x * sine, rows[:, 2] - odometry.heading,
+                     rows[:, 3].astype(np.int32))
+
+
+class FiringPoses:
+    """Tells where a transducer was when it fired: between two packets, odometry is interpolated.
+
+    Args:
+        transducers: the transducers of the robot.
+    """
+
+    def __init__(self, transducers: Sequence[Transducer]):
+        self._mounts = {each.number: Pose(each.x, each.y, each.heading) for each in transducers}
+        self._past: List[Tuple[float, Pose]] = []
+
+    def beams(self, sensing: Sensing, number_of: Any) -> Beams:
+        """Return the readings of one packet relative to the robot at its odometry. Unknown transducers are left out.
+
+        Args:
+            sensing: the packet.
+            number_of: function that makes numbers of ranges (m).
+        """
+        self._past = self._past[-3:] + [(sensing.time, sensing.odometry)]
+        firings = [each for each in sensing.firings if each.number in self._mounts]
+        placed = [compose(relative(sensing.odometry, self._at(each.time)), self._mounts[each.number])
+                  for each in firings]
+        x, y, heading = np.array(placed, dtype=float).reshape(-1, 3).T
+        return Beams(x, y, heading, number_of([each.range for each in firings]))
+
+    def _at(self, time: float) -> Pose:
+        """Return the odometry at a time (s), as far back as it is kept."""
+        late, after = self._past[-1]
+        for early, before in reversed(self._past[:-1]):
+            if time >= early:
+                share = min(1.0, (time - early) / (late - early)) if late > early else 1.0
+                step = relative(before, after)
+                return compose(before, Pose(step.x * share, step.y * share, step.heading * share))
+            late, after = early, before
+        return after
+
+
+def scan_beams(scan: Scan, number_of: Any) -> Beams:
+    """Return some rays of a scan relative to the robot at its odometry. A ray that measured nothing has no echo.
+
+    `number_of` is a function that makes numbers of ranges (m).
+    """
+    used = np.unique(np.linspace(0, len(scan.ranges) - 1, min(MOST_RAYS, len(scan.ranges))).astype(int))
+    ranges = np.asarray(scan.ranges, dtype=float)[used]
+    angles = scan.mount.heading + scan.first_angle + used * scan.angle_step
+    return Beams(np.full(len(used), scan.mount.x), np.full(len(used), scan.mount.y), angles,
+                 number_of(np.where(np.isfinite(ranges), ranges, np.inf)))

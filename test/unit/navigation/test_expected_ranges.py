@@ -1,0 +1,94 @@
+"""The table of expected ranges, against walls made by hand and against the simulator's exact sonar."""
+
+import math
+
+import numpy as np
+import pytest
+from small_worlds import HALF_CONE, ROOM, map_of, square_map
+
+from pioneer_control.maps import FREE, OCCUPIED, GridMap
+from pioneer_control.navigation.expected_ranges import LASER_BEAM, SONAR_BEAM, ExpectedRanges, standing_room
+from pioneer_control.simulator.world.poses import unit
+
+
+def ranges(table, x, y, heading):
+    """Return ranges (m) at some places, infinite where nothing is in reach."""
+    numbers = table.numbers(np.asarray(x, dtype=float), np.asarray(y, dtype=float), np.asarray(heading, dtype=float))
+    return np.where(numbers == table.none, math.inf, numbers * table.beam.unit)
+
+
+@pytest.mark.parametrize("beam", [SONAR_BEAM, LASER_BEAM])
+@pytest.mark.parametrize("heading", [0.0, math.pi / 2, math.pi, -math.pi / 2, 2 * math.pi, -3 * math.pi])
+def test_walls_on_all_four_sides_of_a_square_room(beam, heading):
+    table = ExpectedRanges(square_map(80), beam)     # middles of its walls' cells at 0.025 and 3.975 m
+    assert ranges(table, [2.0], [2.0], [heading]) == pytest.approx(1.975, abs=0.06)
+
+
+def test_a_range_changes_with_each_step_between_the_nodes():
+    table = ExpectedRanges(square_map(80), SONAR_BEAM)
+    x = np.arange(1.0, 2.0, 0.02)
+    assert np.diff(ranges(table, x, np.full(50, 2.0), np.zeros(50))) == pytest.approx(-0.02, abs=0.021)
+
+
+def test_nothing_in_reach_is_none():
+    table = ExpectedRanges(square_map(240), SONAR_BEAM)
+    assert ranges(table, [6.0], [6.0], [0.0]) == math.inf
+
+
+def test_a_laser_looks_between_posts_where_sonar_hears_them():
+    cells = np.full((80, 80), FREE, dtype=np.int8)
+    cells[30, 60] = cells[50, 60] = OCCUPIED
+    empty = GridMap(cells, 0.05, (0.0, 0.0))
+    assert ranges(ExpectedRanges(empty, LASER_BEAM), [0.5], [2.0], [0.0]) == math.inf
+    assert ranges(ExpectedRanges(empty, SONAR_BEAM), [0.5], [2.0], [0.0]) == pytest.approx(2.53, abs=0.08)
+
+
+def test_no_ray_slips_between_cells_that_touch_at_their_corners():
+    cells = np.full((160, 160), FREE, dtype=np.int8)
+    diagonal = np.arange(160)
+    cells[diagonal, 159 - diagonal] = OCCUPIED
+    table = ExpectedRanges(GridMap(cells, 0.05, (0.0, 0.0)), LASER_BEAM)
+    headings = np.radians(np.arange(10, 81, 2))
+    expected = math.sqrt(2.0) / np.cos(headings - math.pi / 4)       # the wall is 1.414 m away along the diagonal
+    assert ranges(table, np.full(36, 3.0), np.full(36, 3.0), headings) == pytest.approx(expected, abs=0.12)
+
+
+def test_the_table_is_that_of_the_simulators_sonar():
+    table, ear = ExpectedRanges(map_of(ROOM), SONAR_BEAM, bias=0.02), ROOM.ear(HALF_CONE, 5.0, math.inf)
+    luck = np.random.default_rng(1)
+    places = standing_room(map_of(ROOM), 0.2)
+    poses = [(*place, luck.uniform(-3.1, 3.1)) for place in places[luck.integers(0, len(places), 400)]]
+    true = [ear.echo(x, y, to, unit(to - HALF_CONE), unit(to + HALF_CONE)) for x, y, to in poses]
+    off = np.abs(ranges(table, *np.transpose(poses)) - true)
+    assert np.median(off) < 0.025 and np.quantile(off, 0.9) < 0.12
+
+
+def test_a_bias_is_added():
+    plain, longer = (ranges(ExpectedRanges(square_map(80), SONAR_BEAM, bias), [2.0], [2.0], [0.3])
+                     for bias in (0.0, 0.1))
+    assert longer - plain == pytest.approx(0.1, abs=0.021)
+
+
+@pytest.mark.parametrize("resolution, cells", [(0.02, 200), (0.1, 40), (0.05, 80)])
+def test_maps_of_any_resolution(resolution, cells):
+    table = ExpectedRanges(square_map(cells, resolution), SONAR_BEAM)
+    assert ranges(table, [1.0, 3.0], [2.0, 2.0], [0.0, math.pi]) == pytest.approx(2.95, abs=0.1)
+
+
+def test_measured_ranges_become_numbers_of_the_same_steps():
+    table = ExpectedRanges(square_map(80), SONAR_BEAM)
+    assert table.number_of([0.0, 1.0, 4.99, 5.0, 5.2, math.inf, -1.0]).tolist() == [0, 50, 250, 250, 251, 251, 0]
+
+
+def test_a_robot_stands_on_free_cells_away_from_walls():
+    room = standing_room(square_map(80), 0.5)
+    assert room.min() == pytest.approx(0.525) and room.max() == pytest.approx(3.475)
+    assert len(standing_room(GridMap(np.full((9, 9), OCCUPIED, dtype=np.int8), 0.05, (0.0, 0.0)), 0.1)) == 0
+
+
+def test_a_map_of_a_large_building_is_ready_soon():
+    """50 x 50 m must be ready within 2 s. Here a quarter of it, with much to spare for a busy computer."""
+    import time
+    begin = time.process_time()
+    ExpectedRanges(square_map(500), SONAR_BEAM)
+    assert time.process_time() - begin < 2.0

@@ -1,0 +1,128 @@
+"""Localisation in a small room: known and unknown starts, carried away, deaf, standing, with a laser."""
+
+import math
+
+import numpy as np
+import pytest
+from small_worlds import ROOM, TRANSDUCERS, SensingRobot, map_of, off, unknown_map
+
+from pioneer_control.errors import UsageError
+from pioneer_control.floor_poses import Pose
+from pioneer_control.navigation.localisation import Localisation
+
+MAP = map_of(ROOM)
+START = Pose(3.2, 1.0, 2.6)
+SURE = (0.1, 0.1)
+
+
+def circle(robot, localisation, seconds, laser=None):
+    """Drive circles of 0.6 m radius. Return all results."""
+    results = []
+    for _ in range(round(seconds * 10)):
+        sensing = robot.step(0.03, -0.05)
+        results.append(localisation.update_scan(robot.scan()) if laser else localisation.update(sensing))
+    return results
+
+
+def localised(seed=0, robot=None):
+    """Return a robot and the localisation that knows where it is."""
+    robot, localisation = robot or SensingRobot(ROOM, START), Localisation(MAP, TRANSDUCERS, seed=seed)
+    localisation.known_start(robot.pose, 0.2, 0.1)
+    assert circle(robot, localisation, 6.0)[-1].sure
+    return robot, localisation
+
+
+def test_a_known_start_that_is_a_little_off():
+    robot, localisation = SensingRobot(ROOM, START, odometry_error=0.95), Localisation(MAP, TRANSDUCERS)
+    localisation.known_start(Pose(START.x + 0.3, START.y - 0.3, START.heading + 0.3))
+    results = circle(robot, localisation, 20.0)
+    assert not results[0].sure and results[-1].sure and not results[-1].reason
+    assert np.all(off(results[-1], robot) < np.array(SURE))
+    assert results[-1] is localisation.where
+
+
+def test_an_unknown_start_is_found():
+    robot, localisation = SensingRobot(ROOM, START), Localisation(MAP, TRANSDUCERS)
+    results = circle(robot, localisation, 15.0)
+    assert not results[0].sure and results[0].reason.startswith("I do not know where I am: ")
+    assert results[-1].sure
+    assert np.all(off(results[-1], robot) < np.array(SURE))
+
+
+def test_it_is_never_sure_while_it_is_wrong():
+    robot, localisation = SensingRobot(ROOM, START), Localisation(MAP, TRANSDUCERS)
+    for _ in range(150):
+        where = localisation.update(robot.step(0.03, -0.05))
+        assert not where.sure or off(where, robot)[0] < 0.5
+
+
+def test_being_carried_away_is_noticed_and_the_new_place_is_found():
+    robot, localisation = localised()
+    robot.pose = Pose(5.4, 3.3, 0.5)
+    results = []
+    for _ in range(200):
+        results.append((localisation.update(robot.step(0.0, 0.06)), robot.pose))
+    sure_but_wrong = [where.sure and math.dist(where.pose[:2], pose[:2]) > 0.5 for where, pose in results]
+    assert sum(sure_but_wrong) <= 50     # 5 s
+    assert any("does not fit" in where.reason for where, _ in results)
+    assert results[-1][0].sure and off(results[-1][0], robot)[0] < 0.15
+
+
+def test_standing_adds_no_certainty():
+    robot, localisation = SensingRobot(ROOM, START), Localisation(MAP, TRANSDUCERS)
+    localisation.known_start(START)
+    circle(robot, localisation, 0.5)
+    before, first = localisation.particles.copy(), localisation.update(robot.step(0.0, 0.0))
+    for _ in range(300):
+        where = localisation.update(robot.step(0.0, 0.0))
+    assert np.array_equal(localisation.particles, before)
+    assert np.array_equal(where.covariance, first.covariance) and where.sure == first.sure
+
+
+def test_an_unknown_start_stays_unknown_while_the_robot_stands():
+    robot, localisation = SensingRobot(ROOM, START), Localisation(MAP, TRANSDUCERS)
+    assert not any(localisation.update(robot.step(0.0, 0.0)).sure for _ in range(200))
+
+
+def test_a_sonar_that_hears_nothing_makes_it_unsure():
+    robot, localisation = localised()
+    robot.deaf = True
+    assert not circle(robot, localisation, 10.0)[-1].sure
+    assert "nothing that I heard" in localisation.where.reason
+
+
+def test_a_sonar_that_hears_nothing_finds_no_unknown_start():
+    robot, localisation = SensingRobot(ROOM, START), Localisation(MAP, TRANSDUCERS)
+    robot.deaf = True
+    assert not any(where.sure for where in circle(robot, localisation, 20.0))
+
+
+def test_a_laser_localises_too():
+    robot, localisation = SensingRobot(ROOM, START).with_laser(ROOM), Localisation(MAP, TRANSDUCERS, laser=True)
+    results = circle(robot, localisation, 10.0, laser=True)
+    assert results[-1].sure and np.all(off(results[-1], robot) < np.array(SURE))
+
+
+def test_a_scan_needs_a_laser():
+    robot = SensingRobot(ROOM, START).with_laser(ROOM)
+    with pytest.raises(UsageError, match="laser=True"):
+        Localisation(MAP, TRANSDUCERS).update_scan(robot.scan())
+
+
+def test_the_same_seed_gives_the_same_poses():
+    first, second = (circle(SensingRobot(ROOM, START), Localisation(MAP, TRANSDUCERS, seed=3), 5.0) for _ in "12")
+    assert [where.pose for where in first] == [where.pose for where in second]
+    other = circle(SensingRobot(ROOM, START), Localisation(MAP, TRANSDUCERS, seed=4), 5.0)
+    assert [where.pose for where in first] != [where.pose for where in other]
+
+
+def test_odometry_that_is_reset_does_not_move_the_robot():
+    robot, localisation = localised()
+    robot.odometry = Pose(7.0, 7.0, 1.0)
+    results = circle(robot, localisation, 2.0)
+    assert results[-1].sure and off(results[-1], robot)[0] < SURE[0]
+
+
+def test_a_map_on_which_nothing_is_free():
+    robot, localisation = SensingRobot(ROOM, START), Localisation(unknown_map(), TRANSDUCERS)
+    assert not any(where.sure for where in circle(robot, localisation, 5.0))

@@ -1,0 +1,60 @@
+"""How well poses explain readings."""
+
+import numpy as np
+import pytest
+from small_worlds import square_map
+
+from pioneer_control.navigation.expected_ranges import LASER_BEAM, SONAR_BEAM
+from pioneer_control.navigation.measurement import Beams, RangeModel, likelihoods
+from pioneer_control.navigation.tuned import LASER_NUMBERS, SONAR_NUMBERS
+
+MODEL = RangeModel(square_map(80), SONAR_BEAM, SONAR_NUMBERS, 0.0)
+NONE = MODEL.expected.none
+
+
+def ahead(*measured):
+    """Return readings of a transducer in the middle of the robot that looks ahead."""
+    zeros = np.zeros(len(measured))
+    return Beams(zeros, zeros, zeros, np.array(measured))
+
+
+MIDDLE = np.array([[2.0, 2.0, 0.0]])    # 1.975 m before a wall: number 99
+
+
+@pytest.mark.parametrize("beam, numbers", [(SONAR_BEAM, SONAR_NUMBERS), (LASER_BEAM, LASER_NUMBERS)])
+def test_likelihoods_of_all_that_can_be_measured_add_up_to_1(beam, numbers):
+    count = round(beam.maximum / beam.unit) + 2
+    table = likelihoods(np.arange(count) * beam.unit, beam, numbers)
+    assert table.shape == (count, count) and table.min() > 0.0
+    assert table.sum(axis=1) == pytest.approx(1.0)
+
+
+def test_the_expected_range_is_the_likeliest_and_a_shorter_one_the_least_likely():
+    hit, longer, shorter = MODEL.log_likelihoods(MIDDLE, ahead(99, 160, 40))[0]
+    assert hit > longer > shorter
+
+
+def test_no_echo_is_likeliest_where_nothing_is_in_reach():
+    large = RangeModel(square_map(160), SONAR_BEAM, SONAR_NUMBERS, 0.0)
+    poses = np.array([[4.0, 4.0, 0.0], [1.5, 4.0, 0.0]])     # 4 m and 6.5 m before a wall
+    before_a_wall, before_nothing = large.log_likelihoods(poses, ahead(NONE))[:, 0]
+    assert before_nothing > before_a_wall + 1.0
+
+
+def test_the_pose_of_the_robot_moves_and_turns_its_sensors():
+    beams = Beams(np.array([0.5]), np.array([0.0]), np.array([np.pi / 2]), np.array([74]))      # 1.475 m to the left
+    poses = np.array([[2.0, 2.5, 0.0], [1.5, 2.0, -np.pi / 2], [2.0, 2.0, 0.0]])
+    right, turned, wrong = MODEL.log_likelihoods(poses, beams)[:, 0]
+    assert right > wrong + 3.0
+    assert turned < right - 3.0      # there the sensor looks along x, 2.475 m from the wall
+
+
+def test_a_coarse_comparison_forgives_more():
+    near_miss = ahead(112)
+    fine, coarse = (MODEL.log_likelihoods(MIDDLE, near_miss, coarse) for coarse in (False, True))
+    assert coarse > fine + 0.5
+
+
+def test_no_echo_explains_nothing_and_contradicts_nothing():
+    explained = MODEL.explained(MIDDLE[0], ahead(99, 103, 130, 40, NONE))
+    assert explained[:4].tolist() == [1.0, 1.0, 0.0, 0.0] and np.isnan(explained[4])
