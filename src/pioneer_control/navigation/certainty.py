@@ -54,7 +54,6 @@ class Certainty:
         self._placed = True
         self.explained = self._usual
         self._trusted_way = self._tuned.sure_way if trusted else 0.0
-        self._blind_way = 0.0
         self._unique = trusted
         self.reason = self.reason or UNKNOWN + "I have just found a place where I may be, and drive on to be sure"
 
