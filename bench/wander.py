@@ -3,6 +3,7 @@
 
     python3 bench/wander.py         # 200 worlds x 10 simulated minutes x 4 robots, our rule and the original one
     python3 bench/wander.py --seeds 0-9 --minutes 2 --rule ours
+    python3 bench/wander.py --seeds 1000-1055 --minutes 6 --rule ours --kinds all --speed 0.25 --specular 40
 
 Each robot is a `Firmware`: its standard packets are decoded and put together as the driver does, one decision is taken
 per packet, and its command reaches the robot 80 ms later. Contacts are those of the body's true outline with walls and
@@ -13,16 +14,18 @@ import argparse
 import math
 import sys
 from multiprocessing import Pool
-from typing import Callable, Dict, List, NamedTuple, Optional, Tuple
+from dataclasses import replace
+from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from simulated_robot import CYCLE, Setup, SimulatedRobot
 
+from pioneer_control.simulator.hardware import standard_numbers
+from pioneer_control.simulator.world import World, load_world
 from pioneer_control.simulator.world.free_space import gap_open, room
-from pioneer_control.simulator.world.generated import random_world
+from pioneer_control.simulator.world.generated import IN_TURN, KINDS, random_world
 from pioneer_control.tutorial.snapshot import Snapshot
-from pioneer_control.tutorial.wander import Memory, Move, wander
+from pioneer_control.tutorial.wander import SPEED, Memory, Move, wander
 
-SPEED = 0.1  # m/s, the tutorial's
 FORWARD = 0.02  # m/s: faster is "moving forward"
 SPOT = 0.25  # m: a minute within this of one place is a minute on one spot
 GAP = 1.0  # m: what is wider is a way out
@@ -30,6 +33,7 @@ ROOM = 1.5  # m: a world has room when a robot can get about farther than this
 ENOUGH = 1.0  # m per minute: less is too little in a world with room
 MEDIAN = 4.5  # m per minute: wanted of half the runs at least; 6 is the most possible
 MOSTLY = 75.0  # %: the share of the time wanted forward
+GALLERY = ("office", "maze", "corridor", "classroom")  # the worlds of the kind "gallery", in turn
 SWATH = 0.25  # m: floor this near to the path counts as covered
 
 
@@ -41,9 +45,9 @@ SETUPS: Dict[str, Setup] = {
 }
 
 
-def our_rule(seed: int) -> Callable[[Snapshot], Move]:
-    """The package's wander."""
-    memory = Memory(seed=seed, speed=SPEED)
+def our_rule(seed: int, speed: float) -> Callable[[Snapshot], Move]:
+    """The package's wander, at a speed (m/s)."""
+    memory = Memory(seed=seed, speed=speed)
 
     def decide(snapshot: Snapshot) -> Move:
         nonlocal memory
@@ -53,7 +57,7 @@ def our_rule(seed: int) -> Callable[[Snapshot], Move]:
     return decide
 
 
-def original_rule(seed: int) -> Callable[[Snapshot], Move]:
+def original_rule(seed: int, speed: float) -> Callable[[Snapshot], Move]:
     """The tutorial's wander as it was in 2012, with nothing mended but what would end it with an exception.
 
     It commands once a second; "turn back" is never reached; with nothing open beyond 2 m the last command stays. Its
@@ -71,7 +75,7 @@ def original_rule(seed: int) -> Callable[[Snapshot], Move]:
         if farthest > 2:
             sonar = snapshot.ranges.index(farthest)
             if sonar in (3, 4):
-                last = Move(SPEED, 0.0, "forward")
+                last = Move(speed, 0.0, "forward")
             else:
                 last = Move(0.0, 0.1 if sonar < 3 else -0.1, "turn")
         return last
@@ -80,6 +84,15 @@ def original_rule(seed: int) -> Callable[[Snapshot], Move]:
 
 
 RULES = {"ours": our_rule, "original": original_rule}
+
+
+class Circumstances(NamedTuple):
+    """What is equal for all runs of a table."""
+
+    minutes: float
+    speed: float = SPEED  #: m/s
+    specular_deg: int = 90  #: sound that meets a wall at a greater angle than this to its normal bounces away
+    kinds: Tuple[str, ...] = IN_TURN  #: of worlds, that seeds take in turn
 
 
 class Run(NamedTuple):
@@ -98,11 +111,19 @@ class Run(NamedTuple):
     first_contact: Optional[Tuple[float, str, Tuple[float, float, float]]]  #: when, the reason of the command, where
 
 
-def drive(setup: str, rule: str, seed: int, minutes: float) -> Run:
+def world_of(seed: int, kinds: Sequence[str]) -> World:
+    """The world of a seed: of each kind in turn."""
+    kind = kinds[seed % len(kinds)]
+    return load_world(GALLERY[seed // len(kinds) % len(GALLERY)]) if kind == "gallery" else random_world(seed, kind)
+
+
+def drive(setup: str, rule: str, seed: int, given: Circumstances) -> Run:
     """Let one robot wander in the world of a seed."""
-    world = random_world(seed)
-    robot = SimulatedRobot(SETUPS[setup], world, seed)
-    decide = RULES[rule](seed)
+    world, minutes = world_of(seed, given.kinds), given.minutes
+    numbers = standard_numbers()
+    numbers = replace(numbers, sonar=replace(numbers.sonar, specular_deg=given.specular_deg))
+    robot = SimulatedRobot(SETUPS[setup]._replace(numbers=numbers), world, seed)
+    decide = RULES[rule](seed, given.speed)
     path = [robot.firmware.true_pose]
     first_contact = None
     forward = 0
@@ -168,10 +189,11 @@ def summary(runs: List[Run], minutes: float) -> Tuple:
     )
 
 
-def satisfies(runs: List[Run], minutes: float) -> bool:
-    """Is that what is wanted of a wander: no contact, no minute wasted, far enough, mostly forward?"""
-    contacts, _, median, _, forward, short, stuck, _ = summary(runs, minutes)
-    return not (contacts or short or stuck) and median >= MEDIAN * minutes and forward >= MOSTLY
+def satisfies(runs: List[Run], given: Circumstances) -> bool:
+    """Is that what is wanted of a wander: no contact, no minute wasted, far enough at this speed, mostly forward?"""
+    contacts, _, median, _, forward, short, stuck, _ = summary(runs, given.minutes)
+    far = median >= MEDIAN * given.minutes * given.speed / SPEED
+    return far and not (contacts or short or stuck) and forward >= MOSTLY
 
 
 def too_short(run: Run, minutes: float) -> bool:
@@ -199,14 +221,23 @@ def main() -> int:
     parser.add_argument("--minutes", type=float, default=10.0,
                         help="simulated minutes per world (default: %(default)s)")
     parser.add_argument("--rule", choices=["ours", "original", "both"], default="both")
-    parser.add_argument("--robots", default="", help="only setups whose name starts so, several by ';'")
+    parser.add_argument("--robots", default="",
+                        help="only the setup of this name, or those whose name starts so, several by ';'")
+    parser.add_argument("--speed", type=float, default=SPEED, help="m/s (default: %(default)s, the tutorial's)")
+    parser.add_argument("--specular", type=int, default=90, metavar="DEG",
+                        help="sound that meets a wall at a greater angle than this bounces away (default: %(default)s)")
+    parser.add_argument("--kinds", default=",".join(IN_TURN),
+                        help="kinds of worlds that seeds take in turn, with commas between them; gallery: %s; all:"
+                             " those and all that are drawn (default: %%(default)s)" % ", ".join(GALLERY))
     parser.add_argument("--processes", type=int, default=2)
     options = parser.parse_args()
     first, last = (int(each) for each in options.seeds.split("-"))
     rules = list(RULES) if options.rule == "both" else [options.rule]
-    setups = [name
-              for name in SETUPS if any(name == each or name.startswith(each) for each in options.robots.split(";"))]
-    jobs = [(setup, rule, seed, options.minutes) for setup in setups for rule in rules
+    setups = [name for name in SETUPS for each in options.robots.split(";")
+              if name == each or each not in SETUPS and name.startswith(each)]
+    kinds = sorted(KINDS) + ["gallery"] if options.kinds == "all" else options.kinds.split(",")
+    given = Circumstances(options.minutes, options.speed, options.specular, tuple(kinds))
+    jobs = [(setup, rule, seed, given) for setup in setups for rule in rules
             for seed in range(first, last + 1)]
     runs: List[Run] = []
     with Pool(options.processes) as pool:
@@ -216,11 +247,12 @@ def main() -> int:
                 print(run, flush=True)
             elif len(runs) % 50 == 0:
                 print("%d of %d runs" % (len(runs), len(jobs)), file=sys.stderr, flush=True)
-    print("worlds of seeds %s, %g simulated minutes each, %g m/s" % (options.seeds, options.minutes, SPEED))
+    print("worlds of seeds %s, %g simulated minutes each, %g m/s, specular %d degrees, %s" % (
+        options.seeds, options.minutes, options.speed, options.specular, ", ".join(kinds)))
     print(report(runs, options.minutes))
     print(LEGEND)
     ours = [[run for run in runs if (run.setup, run.rule) == (setup, "ours")] for setup in setups]
-    return int(not all(satisfies(some, options.minutes) for some in ours if some))
+    return int(not all(satisfies(some, given) for some in ours if some))
 
 
 def _drive(job) -> Run:

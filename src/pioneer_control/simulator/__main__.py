@@ -14,12 +14,14 @@ from .line import Fault, LineRecorder, LineSimulation, Server, fault_of, load_fa
 from .line.faults import KINDS
 from .line.lines import STANDARD_PORT
 from .line.pace import SPEEDS
+from .parameters import Place
 from .played import PlayedRobot, compare, play_client
-from .simulation import MOST_ROBOTS, Simulation, simulate
+from .simulation import MOST_ROBOTS, Simulation, prepared, simulate
 from .tasks import Grounds, Referee, load_tasks
 from .truth import TruthService
 from .world import World, known_worlds, load_world, standing_places
 from .world.generated import KINDS as GENERATED
+from .world.poses import Pose
 
 
 def main(arguments: Optional[List[str]] = None) -> int:
@@ -94,7 +96,7 @@ def grounds_of(options: argparse.Namespace) -> Grounds:
     """
     if options.truth is None:
         raise UsageError("--tasks needs --truth: a task is chosen by an order at that socket")
-    world = load_world(options.world)
+    world = world_of(options)
     starts = standing_places(world, find_model(options.model, options.models), options.robots)
     return Grounds(world, starts, load_tasks())
 
@@ -110,10 +112,20 @@ def simulation_of(options: argparse.Namespace, world: Optional[World] = None) ->
         UsageError: an option is not legal.
     """
     return simulate(
-        world or load_world(options.world), find_model(options.model, options.models), options.robots, options.name,
+        world or world_of(options), find_model(options.model, options.models), options.robots, options.name,
         options.seed,
         gripper=options.gripper, rear_sonar=options.rear_sonar, noise=options.noise,
         numbers_file=options.numbers, real=options.real)
+
+
+def world_of(options: argparse.Namespace) -> World:
+    """Return the world that the options of the command line describe, without the arenas of tasks.
+
+    Raises:
+        UsageError: an option is not legal.
+    """
+    return prepared(load_world(options.world), find_model(options.model, options.models), options.robots, options.seed,
+                    options.start, options.unmapped, options.walkers)
 
 
 def played_robot(options: argparse.Namespace) -> PlayedRobot:
@@ -190,11 +202,30 @@ def count(text: str) -> int:
     return int(text)
 
 
+def start_of(text: str) -> Union[Pose, str, None]:
+    """Convert an argument of the command line to a start; see `parameters.Place`.
+
+    Raises:
+        ArgumentTypeError: the text is not a start.
+    """
+    try:
+        return Place().accept(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError("%r is not legal: give %s" % (text, Place().legal)) from None
+
+
 OPTIONS: Dict[str, Dict[str, Any]] = {
     "--model": dict(default="p3dx-sh", help="robot model, by its subtype: see below (default: %(default)s)"),
     "--world": dict(default="tutorial",
                     help="name of a world, or path of a world file or a map: see below (default: %(default)s)"),
     "--robots": dict(type=count, default=1, metavar="N", help="number of robots (default: %(default)s)"),
+    "--start": dict(type=start_of, metavar="X,Y,HEADING",
+                    help="where the first robot stands at first (m, m, rad); random: where all robots stand, by the"
+                         " seed (default: at the starts of the world)"),
+    "--unmapped": dict(type=int, default=0, metavar="N", choices=range(101),
+                       help="add N obstacles that are on no map, by the seed (default: %(default)s)"),
+    "--walkers": dict(type=int, default=0, metavar="N", choices=range(101),
+                      help="add N people who walk about, by the seed (default: %(default)s)"),
     "--tcp": dict(metavar="PORT",
                   help="TCP port of the first robot; the other robots have the next ports; 0: any free ports. Only"
                        " clients on this machine can connect, unless you give HOST:PORT, such as 0.0.0.0:8101"

@@ -31,7 +31,9 @@ class Carrier:
     """
 
     def __init__(self, simulation: Simulation):
-        self._world, self._robots = simulation.world, simulation.robots
+        self._world, self._robots, self._people = simulation.world, simulation.robots, simulation.people
+        unmapped = [each.corners for each in simulation.world.unmapped if each.corners]
+        self._boxes: Sequence[Sequence[Point]] = [*simulation.world.boxes, *unmapped]
         self._cans: Sequence[Home] = homes_of(simulation.world.cans)
         self.starts: Sequence[Pose] = [robot.true_pose for robot in simulation.robots]
         """The poses (m, rad; map frame) to which the robots return."""
@@ -86,12 +88,14 @@ class Carrier:
         """Yield the names of all things that the `outline` (m, map frame) of a robot overlaps at `pose`."""
         if self._world.touches(outline):
             yield "a wall or a post"
-        elif any(is_inside(*pose[:2], box) for box in self._world.boxes):
+        elif any(is_inside(*pose[:2], box) for box in self._boxes):
             yield "a box"
         body = self._robots[number - 1].hardware.body
         for other, robot in enumerate(self._robots, 1):
             if other != number and body.would_meet(robot.hardware.body, pose):
                 yield "robot %d" % other
+        if any(body.would_meet(person, pose) for person in self._people):
+            yield "a person"
         for each, can in enumerate(self._world.cans, 1):
             disc = Solids(np.empty((0, 4)), np.array([[can.x, can.y, can.radius]]))
             if can.held_by is None and disc.overlap(outline, can.x, can.y, can.radius):

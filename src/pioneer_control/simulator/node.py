@@ -4,8 +4,8 @@ world, and has services for faults.
 *Publishes*
 ``map`` (nav_msgs/OccupancyGrid, latched): the world as a map;
 ``world`` (std_msgs/String, latched): the name of the world;
-``world_markers`` (visualization_msgs/MarkerArray, latched): walls and posts;
-``markers`` (visualization_msgs/MarkerArray, 10 Hz): cans, grippers and outlines of the robots;
+``world_markers`` (visualization_msgs/MarkerArray, latched): walls and posts, also those that are on no map;
+``markers`` (visualization_msgs/MarkerArray, 10 Hz): cans, people, grippers and outlines of the robots;
 ``cans`` (geometry_msgs/PoseArray in the map frame, latched, on change): poses of the cans; z is the height to which a
 can is lifted, and the x axis of each pose points up, so that RViz draws upright arrows;
 ``ground_truth`` (nav_msgs/Odometry in the map frame, 10 Hz), for each robot: its true pose;
@@ -30,7 +30,7 @@ import math
 import sys
 import threading
 import time
-from typing import Any, List, Optional, Sequence, Tuple
+from typing import Any, Iterable, List, Optional, Sequence, Tuple
 
 import rospy
 import tf
@@ -52,7 +52,7 @@ from .hardware.gripper import ParallelGripper
 from .line import Server, fault_of, load_faults
 from .parameters import SimulatorParameters, check_parameters
 from .shoves import ShoveWatch
-from .simulation import Simulation, simulate
+from .simulation import Simulation, prepared, simulate
 from .tasks import Referee
 from .truth.orders import Orders, Request
 from .truth.state import can_place
@@ -77,10 +77,14 @@ UP = Quaternion(y=-math.sqrt(0.5), w=math.sqrt(0.5))
 LEVEL = Quaternion(w=1.0)
 WALL_HEIGHT = 0.3
 """Height (m) of walls and posts in the markers."""
+PERSON_HEIGHT = 1.7
+"""Height (m) of people in the markers."""
 PADDLE_HEIGHT = 0.05
 """Height (m) of the paddles of a gripper in the markers."""
 COLOURS = {
     "wall": ColorRGBA(0.45, 0.45, 0.5, 1.0), "post": ColorRGBA(0.35, 0.35, 0.4, 1.0),
+    "unmapped": ColorRGBA(0.80, 0.47, 0.65, 1.0), "unmapped post": ColorRGBA(0.80, 0.47, 0.65, 1.0),
+    "person": ColorRGBA(0.0, 0.62, 0.45, 0.7),
     "can": ColorRGBA(0.90, 0.62, 0.0, 1.0),
     "paddle": ColorRGBA(0.0, 0.45, 0.70, 1.0), "outline": ColorRGBA(0.0, 0.45, 0.70, 0.8),
 }
@@ -126,11 +130,11 @@ def simulation_of(parameters: SimulatorParameters) -> Simulation:
     Raises:
         UsageError: a parameter is not legal.
     """
-    world = load_world(parameters.world)
-    if parameters.start is not None:
-        world = world.with_start(parameters.start)
+    model = find_model(parameters.model, parameters.models_file or None)
+    world = prepared(load_world(parameters.world), model, parameters.robots, parameters.seed, parameters.start,
+                     parameters.unmapped, parameters.walkers)
     return simulate(
-        world, find_model(parameters.model, parameters.models_file or None), parameters.robots,
+        world, model, parameters.robots,
         parameters.name if parameters.robots == 1 else None, parameters.seed, gripper=parameters.gripper,
         rear_sonar=parameters.rear_sonar, numbers_file=parameters.numbers_file or None, real=parameters.real)
 
@@ -300,24 +304,39 @@ def map_message(world: World, frame: str) -> OccupancyGrid:
 
 
 def world_markers(world: World, frame: str) -> MarkerArray:
-    """Return markers for walls (upright rectangles) and posts (cylinders), which never move."""
-    walls = marker(frame, "wall", 0, Marker.TRIANGLE_LIST, Pose(orientation=LEVEL), (1.0, 1.0, 1.0))
-    for x1, y1, x2, y2 in world.walls:
+    """Return markers for walls (upright rectangles) and posts (cylinders), on a map or not, which never move."""
+    unmapped = [wall for each in world.unmapped for wall in each.walls], [
+        post for each in world.unmapped for post in each.posts]
+    return MarkerArray([
+        *wall_markers("wall", world.walls, frame), *post_markers("post", world.posts, frame),
+        *wall_markers("unmapped", unmapped[0], frame), *post_markers("unmapped post", unmapped[1], frame)])
+
+
+def wall_markers(kind: str, walls: Iterable[Sequence[float]], frame: str) -> List[Marker]:
+    """Return one marker for all walls of a kind, as a list, which is empty if there is no wall."""
+    upright = marker(frame, kind, 0, Marker.TRIANGLE_LIST, Pose(orientation=LEVEL), (1.0, 1.0, 1.0))
+    for x1, y1, x2, y2 in walls:
         low, high = (Point(x1, y1, 0.0), Point(x2, y2, 0.0)), (Point(x1, y1, WALL_HEIGHT), Point(x2, y2, WALL_HEIGHT))
-        walls.points += [low[0], low[1], high[1], low[0], high[1], high[0]]
-    posts = [
-        marker(frame, "post", number, Marker.CYLINDER, Pose(Point(x, y, WALL_HEIGHT / 2.0), LEVEL),
-               (2.0 * radius, 2.0 * radius, WALL_HEIGHT))
-        for number, (x, y, radius) in enumerate(world.posts)]
-    return MarkerArray([walls] * bool(walls.points) + posts)
+        upright.points += [low[0], low[1], high[1], low[0], high[1], high[0]]
+    return [upright] * bool(upright.points)
+
+
+def post_markers(kind: str, posts: Iterable[Sequence[float]], frame: str, height: float = WALL_HEIGHT) -> List[Marker]:
+    """Return a marker for each post ``x, y, radius`` of a kind."""
+    return [marker(frame, kind, number, Marker.CYLINDER, Pose(Point(x, y, height / 2.0), LEVEL),
+                   (2.0 * radius, 2.0 * radius, height)) for number, (x, y, radius) in enumerate(posts)]
 
 
 def moving_markers(simulation: Simulation, frame: str) -> MarkerArray:
-    """Return markers for everything that moves: cans as cylinders, gripper paddles as boxes, and outlines of robots."""
+    """Return markers for everything that moves: cans and people as cylinders, gripper paddles as boxes, and outlines of
+    robots.
+    """
     markers = [
         marker(frame, "can", number, Marker.CYLINDER, Pose(Point(x, y, z + can.height / 2.0), LEVEL),
                (2.0 * can.radius, 2.0 * can.radius, can.height))
         for number, (can, (x, y, z)) in enumerate((can, can_place(can)) for can in simulation.world.cans)]
+    people = [(*person.pose[:2], person.reach) for person in simulation.people]
+    markers += post_markers("person", people, frame, PERSON_HEIGHT)
     for number, robot in enumerate(simulation.robots):
         corners = [compose(robot.true_pose, (x, y, 0.0)) for x, y in robot.model.outline(False)]
         markers.append(marker(

@@ -4,12 +4,12 @@ This file uses no ROS.
 """
 
 from dataclasses import dataclass, fields
-from typing import Any, Mapping, NamedTuple, Optional, Tuple, Union
+from typing import Any, Mapping, NamedTuple, Optional, Union
 
 from ..errors import ParameterError
 from ..parameters import AutoSwitch, Number, Numbers, Switch, Text, Whole, check, parameter
 from .line.pace import SPEEDS
-from .simulation import MOST_ROBOTS
+from .simulation import MOST_ROBOTS, RANDOM
 from .world.poses import Pose
 
 
@@ -26,14 +26,20 @@ class TcpAddress(NamedTuple):
 
 
 class Place(NamedTuple):
-    """Checks a parameter that is a pose in the world (m, m, rad). An empty text means the world's own start."""
+    """Checks a parameter that is a pose in the world (m, m, rad), as a list or as text. ``random`` is a random pose, an
+    empty text the world's own start.
+    """
 
-    legal: str = "three numbers, as a list: x, y, heading; or an empty text for the world's own"
+    legal: str = "three numbers, as a list: x, y, heading; or random; or an empty text for the world's own"
 
-    def accept(self, value: Any) -> Optional[Tuple[float, ...]]:
-        """Return the pose, or None for an empty text. Raise ValueError if the value is neither."""
-        is_empty = isinstance(value, str) and not value.strip()
-        return None if is_empty else Numbers(3, -1e6, 1e6).accept(value)
+    def accept(self, value: Any) -> Union[Pose, str, None]:
+        """Return the pose, RANDOM, or None for an empty text. Raise ValueError if the value is none of them."""
+        if isinstance(value, str):
+            if value.strip() in ("", RANDOM):
+                return value.strip() or None
+            value = [float(word) for word in value.strip("[] ").split(",")]
+        x, y, heading = Numbers(3, -1e6, 1e6).accept(value)
+        return x, y, heading
 
 
 @dataclass(frozen=True)
@@ -42,7 +48,10 @@ class SimulatorParameters:
 
     model: str = parameter("p3dx-sh", Text(), "robot model, by its subtype")
     world: str = parameter("tutorial", Text(), "name of a world, or path of a world file")
-    start: Optional[Pose] = parameter(None, Place(), "where the first robot stands at first", "m, m, rad")
+    start: Union[Pose, str, None] = parameter(
+        None, Place(), "where the first robot stands at first; random: where all stand", "m, m, rad")
+    unmapped: int = parameter(0, Whole(0, 100), "number of obstacles to add that are on no map, by the seed")
+    walkers: int = parameter(0, Whole(0, 100), "number of people to add who walk about, by the seed")
     robots: int = parameter(1, Whole(1, MOST_ROBOTS), "number of robots in the world")
     tcp: Union[int, str, None] = parameter(None, TcpAddress(),
                                            "TCP port of the first robot; the other robots have the next ports")

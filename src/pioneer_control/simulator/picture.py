@@ -21,6 +21,7 @@ from .world.geometry import Array
 from .world.poses import Point, Pose
 
 CAN, START, DOCK, GOAL, ROBOT = "#e69f00", "#009e73", "#0072b2", "#cc79a7", "#d55e00"
+UNMAPPED = "#882255"  # obstacles that are on no map
 LEAST_SPAN = 4.0  # m: width of the drawing of an empty world
 WIDEST, HIGHEST, NARROWEST = 8.0, 5.5, 3.2  # inches: limits of the size of the drawing without its margins
 CAN_DOT = 4.5  # points (1/72 inch): least diameter of a can in the drawing
@@ -95,14 +96,17 @@ def draw_floor(axes: Any, world: World, resolution: float) -> None:
 
 
 def draw_solids(axes: Any, world: World) -> None:
-    """Draw the walls of a world as lines, and its posts to scale."""
+    """Draw the walls of a world as lines, and its posts to scale. What is on no map has another colour."""
     from matplotlib.collections import LineCollection
     from matplotlib.patches import Circle
 
-    axes.add_collection(LineCollection(world.walls.reshape(-1, 2, 2), colors=WALL, linewidths=1.6, capstyle="round",
-                                       zorder=3))
-    for x, y, radius in world.posts.tolist():
-        axes.add_patch(Circle((x, y), radius, facecolor=WALL, edgecolor=WALL, linewidth=1.2, zorder=3))
+    unmapped = np.array([wall for each in world.unmapped for wall in each.walls])
+    for walls, colour in ((world.walls, WALL), (unmapped, UNMAPPED)):
+        axes.add_collection(LineCollection(walls.reshape(-1, 2, 2), colors=colour, linewidths=1.6, capstyle="round",
+                                           zorder=3))
+    posts = [(post, WALL) for post in world.posts.tolist()]
+    for (x, y, radius), colour in posts + [(post, UNMAPPED) for each in world.unmapped for post in each.posts]:
+        axes.add_patch(Circle((x, y), radius, facecolor=colour, edgecolor=colour, linewidth=1.2, zorder=3))
 
 
 def draw_cans(axes: Any, world: World) -> None:

@@ -13,19 +13,24 @@ This file uses no threads, no sockets and no real time. The same bytes at the sa
 answers. It does not matter into how many calls the time is split.
 """
 
-from typing import Any, Callable, List, Optional
+from typing import Any, Callable, List, Optional, Union
 
 from ..errors import ParameterError
 from ..robots import RobotModel
 from .clock import NEVER_US, Clock
 from .firmware import Firmware
 from .hardware import load_numbers
-from .world import World, standing_places
+from .world import World, random_places, standing_places
 from .world.crowd import Crowd
+from .world.generated import with_unmapped, with_walkers
+from .world.people import people_of
 from .world.poses import Pose
 
 MOST_ROBOTS = 2000
 """Largest number of robots that the command line and the ROS node accept."""
+
+RANDOM = "random"
+"""Start of robots that stand at random places."""
 
 
 class Simulation:
@@ -35,13 +40,21 @@ class Simulation:
 
     Args:
         world: the world. No other simulation may use it from now on.
+
+    Raises:
+        WorldError: a person who walks in the world has no room for it.
     """
 
     def __init__(self, world: World):
         self.world = world
         world.crowd = Crowd()
+        self.people = people_of(world)
+        """The people who walk in the world."""
+        for person in self.people:
+            world.crowd.enter(person)
         self.clock = Clock()
         self.robots: List[Firmware] = []
+        self._walked_us = 0
         self.next_step_us = NEVER_US
         self.on_step: Callable[[int], None] = lambda now_us: None
         """Function that is called with the simulated time (microseconds) after each step of robots."""
@@ -93,8 +106,47 @@ class Simulation:
                     robot.step()
                 if robot.next_step_us < self.next_step_us:
                     self.next_step_us = robot.next_step_us
+            if self.people:
+                self._walk(now_us)
             self.on_step(now_us)
         self.clock.now_us = end_us
+
+    def _walk(self, now_us: int) -> None:
+        """Let all people walk until `now_us` (microseconds), and count the touches of robots."""
+        passed, self._walked_us = (now_us - self._walked_us) * 1e-6, now_us
+        for person in self.people:
+            for body in person.step(passed):
+                for robot in self.robots:
+                    if robot.hardware.body is body:
+                        robot.hardware.touched_by_person()
+
+
+def prepared(
+    world: World, model: RobotModel, count: int, seed: int, start: Union[Pose, str, None] = None, unmapped: int = 0,
+    walkers: int = 0,
+) -> World:
+    """Return a world with what the command line and the ROS node add to it.
+
+    Args:
+        world: the world. It is not changed.
+        model: model of the robots.
+        count: number of robots.
+        seed: random seed of everything that is drawn here.
+        start: pose (m, rad; map frame) of the first robot, or `RANDOM` for random poses of all robots. None for the
+            starts of the world.
+        unmapped: number of obstacles to add that are on no map.
+        walkers: number of people to add who walk to random places.
+
+    Raises:
+        ParameterError: the world has no room for all robots.
+    """
+    if isinstance(start, str):      # RANDOM
+        world = world.changed(starts=random_places(world, model, count, seed))
+    elif start is not None:
+        world = world.with_start(start)
+    if unmapped:
+        world = with_unmapped(world, unmapped, seed)
+    return with_walkers(world, walkers, seed) if walkers else world
 
 
 def simulate(

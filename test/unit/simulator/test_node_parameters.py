@@ -24,7 +24,10 @@ def test_tcp(given, tcp):
     assert check_parameters({"tcp": given}).tcp == tcp
 
 
-@pytest.mark.parametrize("given, start", [([1, 2.5, -3], (1.0, 2.5, -3.0)), ("", None), (" ", None)])
+@pytest.mark.parametrize("given, start", [
+    ([1, 2.5, -3], (1.0, 2.5, -3.0)), ("", None), (" ", None), ("random", "random"),
+    ("[1, 2.5, -3]", (1.0, 2.5, -3.0)), ("1,2,3", (1.0, 2.0, 3.0)),
+])
 def test_start(given, start):
     assert check_parameters({"start": given}).start == start
 

@@ -1,5 +1,6 @@
 """The places where many robots stand at the start."""
 
+import itertools
 import math
 
 import pytest
@@ -8,8 +9,9 @@ from pioneer_control.errors import ParameterError
 from pioneer_control.robots import find_model
 from robot_on_bench import heard
 
-from pioneer_control.simulator.simulation import Simulation
-from pioneer_control.simulator.world import Can, World, known_worlds, load_world, standing_places
+from pioneer_control.simulator.simulation import Simulation, prepared, simulate
+from pioneer_control.simulator.world import (
+    Can, World, known_worlds, load_world, random_places, standing_places)
 from pioneer_control.simulator.world.geometry import outlines_meet
 from pioneer_control.simulator.world.poses import placed
 
@@ -150,3 +152,38 @@ def test_nobody_stands_beyond_a_wall():
     with pytest.raises(ParameterError, match="the world 'hall' has room for 9 robots of the model p3dx-sh, not for 10"):
         standing_places(hall(4.0), MODEL, 10)
     assert all(0.0 < x < 4.0 and 0.0 < y < 4.0 for x, y, _ in standing_places(hall(4.0), MODEL, 9))
+
+
+@pytest.mark.parametrize("name", ["office", "offices-7", "empty"])
+def test_random_places_have_room_and_differ_by_seed(name):
+    world = load_world(name)
+    places = random_places(world, MODEL, 5, 3)
+    assert places == random_places(world, MODEL, 5, 3) != random_places(world, MODEL, 5, 4)
+    assert all(world.clearance(x, y) > 0.3 for x, y, _ in places)
+    assert min(math.dist(one[:2], other[:2]) for one, other in itertools.combinations(places, 2)) > 0.6
+    simulation = simulate(prepared(world, MODEL, 5, 3, start="random"), MODEL, 5, None, 3)
+    assert [robot.true_pose for robot in simulation.robots] == places
+
+
+def test_random_places_are_spread_over_all_the_floor_that_can_be_reached():
+    world = load_world("office")
+    places = [place for seed in range(10) for place in random_places(world, MODEL, 5, seed)]
+    low_x, low_y, high_x, high_y = world.bounds
+    for axis, (low, high) in enumerate(((low_x, high_x), (low_y, high_y))):
+        at = sorted(place[axis] for place in places)
+        assert at[0] < low + 0.2 * (high - low) and at[-1] > high - 0.2 * (high - low)
+    headings = sorted(place[2] for place in places)
+    assert headings[0] < -2.5 and headings[-1] > 2.5
+
+
+def test_no_random_place_is_left():
+    with pytest.raises(ParameterError, match="'tutorial' has room for .* at random places, not for 60"):
+        random_places(load_world("tutorial"), MODEL, 60, 1)
+
+
+def test_a_world_prepared_with_nothing_is_the_world():
+    world = load_world("office")
+    assert prepared(world, MODEL, 1, 0) is world
+    assert prepared(world, MODEL, 1, 0, (1.0, 2.0, 0.5)).starts[0] == (1.0, 2.0, 0.5)
+    full = prepared(world, MODEL, 1, 0, unmapped=2, walkers=3)
+    assert (len(full.unmapped), len(full.walks), len({walk.seed for walk in full.walks})) == (2, 3, 3)

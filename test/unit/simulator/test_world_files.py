@@ -10,7 +10,7 @@ from pioneer_control.errors import WorldError
 from pioneer_control.robots import find_model, load_table
 from pioneer_control.simulator.world import World, known_worlds, load_world
 from pioneer_control.simulator.world.free_space import room
-from pioneer_control.simulator.world.world import MarkedPlace
+from pioneer_control.simulator.world.world import Furniture, MarkedPlace, Walk
 
 EVERYTHING = """\
 description: All there can be.
@@ -36,6 +36,14 @@ goals:
 places:
   - {name: depot, centre_m: [2, 1], size_m: [1, 0.5]}
   - {name: hole, centre_m: [3, 2], diameter_m: 0.4}
+unmapped:
+  boxes:
+    - {centre_m: [1, 2.5], size_m: [0.4, 0.2]}
+  posts:
+    - {centre_m: [2, 2], diameter_m: 0.2}
+walkers:
+  - {path_m: [[1, 2], [3, 2], [3, 1]], speed_m_s: 0.8, pause_s: 1, blind: true}
+  - {seed: 3}
 """
 
 
@@ -68,6 +76,11 @@ def test_every_section_and_key(tmp_path):
     assert world.goals == {"window": (2.0, 2.5, math.pi / 2), "door": (2.5, 0.0, 0.0)}
     assert world.places == [MarkedPlace("depot", 2.0, 1.0, (1.0, 0.5)), MarkedPlace("hole", 3.0, 2.0, (0.4,))]
     assert world.with_start((0.0, 0.0, 0.0)).places == world.places
+    assert world.unmapped == [Furniture(corners=((0.8, 2.4), (1.2, 2.4), (1.2, 2.6), (0.8, 2.6))),
+                              Furniture(posts=((2.0, 2.0, 0.1),))]
+    assert len(world.solids) == len(world.walls) + 4 + len(world.posts) + 1
+    assert world.walks == [Walk(((1.0, 2.0), (3.0, 2.0), (3.0, 1.0)), speed=0.8, pause=1.0, blind=True), Walk(seed=3)]
+    assert world.with_start((0.0, 0.0, 0.0)).walks == world.walks
     assert world.skipped == ()
     assert world.bounds == pytest.approx((-diagonal, -diagonal, 4.0, 3.0))
 
@@ -94,6 +107,12 @@ START = "starts: [{position_m: [0, 0], heading_deg: 0}]\n"
     (START + "[1, 2]: 1\n", "line 2: keys must be plain words"),
     (START + START, "line 2: a world has 'starts' twice"),
     (START + "description: [1]\n", r"line 2: description is \[1\]; it must be a text, not empty"),
+    (START + "unmapped: [1]\n", "line 2: the section unmapped must be a mapping with the keys boxes, posts"),
+    (START + "unmapped: {cans: []}\n", "line 2: the section unmapped has no 'cans'"),
+    (START + "walkers:\n  - {speed_m_s: 1}\n", "line 3: a walker needs either path_m, .* or seed"),
+    (START + "walkers:\n  - {seed: 1, path_m: [[0, 0], [1, 1]]}\n", "line 3: a walker needs either path_m.* or seed"),
+    (START + "walkers:\n  - {path_m: [[0, 0]]}\n", "line 3: path_m needs two points or more"),
+    (START + "walkers:\n  - {seed: 1, speed_m_s: 0}\n", "speed_m_s is 0; it must be a number from 0.01 to 3"),
     (START + "walls: 3\n", "line 2: walls must be a list"),
     (START + "walls:\n  - [[0, 0], [1, 1]]\n", "line 3: a wall must be a mapping with the keys corners_m, closed"),
     (START + "walls:\n  - {corners_m: [[0, 0]]}\n", "line 3: corners_m needs two points or more"),

@@ -5,15 +5,19 @@ import random
 
 import numpy as np
 import pytest
+from robot_on_bench import heard
 
 from pioneer_control.errors import WorldError
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.world import load_world
 from pioneer_control.simulator.world.free_space import gap_open, room
 from pioneer_control.simulator.world.furnishing import Furnishing, box, chair, post
-from pioneer_control.simulator.world.generated import IN_TURN, KINDS, START_ROOM, random_world
+from pioneer_control.simulator.world.generated import (
+    IN_TURN, KINDS, START_ROOM, random_world, with_unmapped)
+from pioneer_control.simulator.world.geometry import is_inside
 from pioneer_control.simulator.world.grids import flood
 from pioneer_control.simulator.world.offices import _Plan, office
+from pioneer_control.simulator.world.poses import closed
 from pioneer_control.simulator.world.world import FREE, START_CLEARANCE, World
 
 
@@ -181,3 +185,35 @@ def test_flood_goes_round_but_not_across():
     assert flood(seeds, free).astype(int).tolist() == [[1, 1, 0, 0], [0, 1, 0, 0], [0, 0, 0, 0]]
     seeds[0, 2] = True  # a seed that is not free starts nothing
     assert flood(seeds, free).sum() == 3
+
+
+@pytest.mark.parametrize("name", ["office", "offices-7", "poles-4"])
+def test_obstacles_that_are_on_no_map(name):
+    world = load_world(name)
+    cluttered = with_unmapped(world, 4, 5)
+    assert len(cluttered.unmapped) == 4 and world.unmapped == []
+    assert cluttered.walls.tobytes() == world.walls.tobytes() and cluttered.posts.tobytes() == world.posts.tobytes()
+    assert cluttered.occupancy()[0].tobytes() == world.occupancy()[0].tobytes()
+    assert cluttered.unmapped == with_unmapped(world, 4, 5).unmapped != with_unmapped(world, 4, 6).unmapped
+    for each in cluttered.unmapped:
+        x, y = each.corners[0] if each.corners else each.posts[0][:2]
+        assert cluttered.clearance(x, y) < 1e-6 < world.clearance(x, y)
+        assert cluttered.touches([(x - 0.01, y - 0.01), (x + 0.01, y - 0.01), (x, y + 0.01)])
+        assert min(math.dist((x, y), start[:2]) for start in world.starts) > START_CLEARANCE
+    free = Furnishing(world).reached()
+    after = {tuple(point) for point in Furnishing(cluttered).reached().tolist()}
+    lost = [point for point in free.tolist() if tuple(point) not in after]
+    assert lost and all(cluttered.clearance(*point) < 0.3 or any(
+        each.corners and is_inside(*point, each.corners) for each in cluttered.unmapped) for point in lost)
+
+
+def test_a_full_floor_gets_fewer_obstacles():
+    narrow = World("cell", closed([(-0.8, -0.8), (0.8, -0.8), (0.8, 0.8), (-0.8, 0.8)]))
+    assert len(with_unmapped(narrow, 9, 1).unmapped) < 9
+
+
+def test_sonar_hears_what_is_on_no_map():
+    world = World("bare", walls=[(4.0, -1.0, 4.0, 1.0)])
+    behind = world.changed(unmapped=[post((2.0, 0.0), 0.1)])
+    assert heard(world, 0.0, 0.0, 0.0) == 4.0 and heard(behind, 0.0, 0.0, 0.0) == pytest.approx(1.9)
+    assert behind.with_start((-1.0, 0.0, 0.0)).unmapped == behind.unmapped

@@ -114,8 +114,13 @@ class CommandedRobot(RobotOnLine):
 
     @property
     def contacts(self) -> int:
-        """The number of times that the body has run into a wall, a post or another robot."""
+        """The number of times that the body has run into a wall, a post, another robot or a person."""
         return self.hardware.body.contacts
+
+    @property
+    def touched_by_people(self) -> int:
+        """The number of times that a person has walked into the robot while it stood. `contacts` has none of them."""
+        return self.hardware.body.touched_by_people
 
     @property
     def gripper(self) -> Optional[ParallelGripper]:

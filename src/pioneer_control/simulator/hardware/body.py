@@ -44,6 +44,7 @@ class Body:
         reach: largest distance (m) from the middle of the body to any of its points.
         box: rectangle with which the body pushes cans (m, base_link).
         contacts: how many times the body has run into an obstacle.
+        touched_by_people: how many times a person has walked into the body while it stood.
         driven: distance (m) that the body has driven, forward and backward, without what it was carried.
         blocked: whether an obstacle prevented the last step.
     """
@@ -72,8 +73,8 @@ class Body:
         self._world.crowd.moved(self)
 
     def begin_count(self) -> None:
-        """Begin to count contacts and the driven distance from zero."""
-        self.contacts, self.driven = 0, 0.0
+        """Begin to count contacts, touches and the driven distance from zero."""
+        self.contacts, self.touched_by_people, self.driven = 0, 0, 0.0
 
     def carry(self, pose: Pose) -> None:
         """Put the body at `pose` (m, rad; map frame). What it meets there next counts as a new contact."""

@@ -115,6 +115,13 @@ class Hardware:
         if self.gripper is not None:
             self.gripper.carry(pose)
 
+    def touched_by_person(self) -> None:
+        """Count that a person walked into the robot: as a contact of the robot while it moves, else apart."""
+        if self.drives.moving:
+            self.body.contacts += 1
+        else:
+            self.body.touched_by_people += 1
+
     @property
     def heading_goal(self) -> float:
         """The heading (rad, odometry frame) to which the robot turns. Its present heading while it has no such goal."""

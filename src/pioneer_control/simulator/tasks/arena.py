@@ -98,4 +98,5 @@ def _joined(first: World, starts: Sequence[Pose], worlds: Sequence[World]) -> Wo
         goals=first.goals,
         skipped=first.skipped,
         boxes=[box for world in worlds for box in world.boxes],
-        places=[place for world in worlds for place in world.places])
+        places=[place for world in worlds for place in world.places],
+        unmapped=first.unmapped, walks=first.walks)

@@ -7,6 +7,7 @@ about them.
 ``mirrors``       the same among walls that return no echo to sound that meets them at a slant
 ``crowd``         the bodies of robots, found by place; ``pushing``: how robots push cans
 ``generated``     draws worlds from seeds; ``offices``: one kind of them; ``furnishing``: puts obstacles on a floor
+``people``        people who walk about
 ``free_space``    how much floor a robot can use
 ``grids``         borders and free areas of a grid of cells; ``start_poses``: where many robots can stand at first
 ``world_loader``  loads worlds of our own format; ``ros_map`` and ``aria_map``: other maps
@@ -14,8 +15,8 @@ about them.
 Lengths are in metres, angles in radians, coordinates in the map frame (REP 103).
 """
 
-from .start_poses import standing_places
+from .start_poses import random_places, standing_places
 from .world import Can, World
 from .world_loader import known_worlds, load_world
 
-__all__ = ["Can", "World", "known_worlds", "load_world", "standing_places"]
+__all__ = ["Can", "World", "known_worlds", "load_world", "random_places", "standing_places"]

@@ -4,14 +4,14 @@ Lengths are in metres, coordinates in the map frame.
 """
 
 import math
-from typing import List, NamedTuple, Sequence, Tuple
+from typing import List, Sequence, Tuple
 
 import numpy as np
 
-from .geometry import Array, Solids, is_inside
+from .geometry import Array, is_inside
 from .grids import flood
-from .poses import Point, Wall, box_corners, closed, placed
-from .world import World
+from .poses import Point, box_corners, placed
+from .world import Furniture, World
 
 PASSAGE = 0.3
 """Half the width (m) of the ways that stay open: at every obstacle a robot 0.5 m wide gets past, with some room."""
@@ -19,26 +19,6 @@ RESOLUTION = 0.1
 """Side (m) of a cell of the grid on which ways are searched."""
 CHAIR_LEG = 0.02
 """Radius (m) of a chair's leg."""
-
-
-class Furniture(NamedTuple):
-    """Something that stands on the floor: a box by its four corners, or posts ``(x, y, radius)`` that belong together.
-
-    The other of the two is empty.
-    """
-
-    corners: Tuple[Point, ...] = ()
-    posts: Tuple[Tuple[float, float, float], ...] = ()
-
-    @property
-    def walls(self) -> List[Wall]:
-        """The sides of the box."""
-        return closed(self.corners)
-
-    @property
-    def solids(self) -> Solids:
-        """The walls and posts in the form for computation."""
-        return Solids(np.array(self.walls).reshape(-1, 4), np.array(self.posts).reshape(-1, 3))
 
 
 def box(centre: Point, size: Point, angle: float) -> Furniture:
@@ -106,7 +86,7 @@ class Furnishing:
 
     def _covered(self, obstacle: Furniture) -> Array:
         """Return the cells of the grid that the middle of a robot cannot reach any more, because of an obstacle."""
-        clearance = World("obstacle", obstacle.walls, obstacle.posts).clearances(self._x, self._y, limit=PASSAGE)
+        clearance = obstacle.solids.clearances(self._x, self._y, limit=PASSAGE)
         inside = np.full(clearance.shape, bool(obstacle.corners))
         for x1, y1, x2, y2 in obstacle.walls:    # counter-clockwise
             inside &= (x2 - x1) * (self._y[:, None] - y1) - (y2 - y1) * (self._x - x1) > 0.0

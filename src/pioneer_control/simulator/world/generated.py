@@ -12,9 +12,10 @@ from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Set, Tu
 
 from ...errors import WorldError
 from .free_space import room
+from .furnishing import Furnishing, box, post
 from .offices import office
 from .poses import Point, Wall, box_walls, closed, compose, unit
-from .world import START_CLEARANCE, World
+from .world import START_CLEARANCE, Walk, World
 
 START_ROOM = 2.0
 """Least room (m, see `free_space.room`) that a start has."""
@@ -72,6 +73,32 @@ def named_world(name: str) -> Optional[World]:
         raise WorldError("world %s: seed %r is not legal: give a whole number from 0 to %s, such as %s-7"
                          % (name, seed, LARGEST_SEED, kind))
     return random_world(int(seed), kind)
+
+
+def with_unmapped(world: World, count: int, seed: int) -> World:
+    """Return a copy of a world with boxes and posts that are on no map, at random places on its free floor.
+
+    They cut off no floor: a robot 0.5 m wide gets everywhere where it got before. They keep away from starts, docks and
+    goals. There are fewer than `count` if the floor has no room for more.
+    """
+    rng = random.Random("unmapped %s" % seed)
+    kept = [(x, y, START_CLEARANCE + 0.1) for x, y, _ in (*world.starts, *world.docks, *world.goals.values())]
+    furnishing = Furnishing(world, kept)
+    for _ in range(TRIES * count):
+        free = furnishing.reached()
+        if len(furnishing.obstacles) == count or not len(free):
+            break
+        x, y = free[int(rng.random() * len(free))].tolist()
+        angle = rng.uniform(-math.pi, math.pi)
+        furnishing.put(box((x, y), (rng.uniform(0.25, 0.6), rng.uniform(0.2, 0.4)), angle) if rng.random() < 0.6
+                       else post((x, y), rng.uniform(0.05, 0.15)))
+    return world.changed(unmapped=[*world.unmapped, *furnishing.obstacles])
+
+
+def with_walkers(world: World, count: int, seed: int) -> World:
+    """Return a copy of a world in which `count` more people walk to random places, and look where they go."""
+    rng = random.Random("walkers %s" % seed)
+    return world.changed(walks=[*world.walks, *(Walk(seed=rng.getrandbits(31)) for _ in range(count))])
 
 
 def _turned(floor: DrawnFloor, angle: float, heading: float, name: str) -> World:
@@ -212,6 +239,8 @@ KINDS: Dict[str, Callable[[random.Random], DrawnFloor]] = {
 IN_TURN = ("clutter", "corners", "corridors", "dead_ends", "poles")
 """The kinds that seeds take in turn when none is named: those of bench/wander.md."""
 LARGEST_SEED = 999999999
+TRIES = 20
+"""How many places are tried for each obstacle that is on no map, at most."""
 
 
 def _ahead(point: Point, angle: float, distance: float) -> Point:

@@ -76,6 +76,20 @@ class Solids:
         to_x, to_y = post_x - x[..., None], post_y - y[..., None]
         return np.sqrt(aside * aside + beyond * beyond), np.sqrt(to_x * to_x + to_y * to_y) - radius
 
+    def clearances(self, column_x: Array, row_y: Array, limit: float) -> Array:
+        """Return the distance (m) to the nearest wall or post from every point of a grid. See `World.clearances`."""
+        grid = np.full((len(row_y), len(column_x)), limit)
+        for solid in self.each():
+            corners = solid.corners()
+            (low_x, low_y), (high_x, high_y) = corners.min(axis=0), corners.max(axis=0)
+            columns = slice(*np.searchsorted(column_x, (low_x - limit, high_x + limit)))
+            rows = slice(*np.searchsorted(row_y, (low_y - limit, high_y + limit)))
+            for distances in solid.distances(column_x[None, columns], row_y[rows, None]):
+                nearest = np.minimum.reduce(distances, axis=2, initial=math.inf)
+                grid[rows, columns] = np.minimum(grid[rows, columns], nearest)
+        clearances: Array = np.maximum(grid, 0.0)
+        return clearances
+
     def overlap(self, outline: Sequence[Point], x: float, y: float, radius: float) -> bool:
         """Return whether any wall or post has a point inside a polygon.
 

@@ -7,9 +7,9 @@ import math
 import random
 from typing import List, NamedTuple, Tuple
 
-from .furnishing import Furnishing, Furniture, box, chair, post
+from .furnishing import Furnishing, box, chair, post
 from .poses import Point, Wall, closed
-from .world import START_CLEARANCE, World
+from .world import START_CLEARANCE, Furniture, World
 
 LENGTHS, WIDTHS = (10.0, 22.0), (8.0, 16.0)
 CORRIDORS, DOORS = (1.6, 2.4), (0.8, 1.0)

@@ -1,6 +1,7 @@
 """Finds start poses for many robots: first the starts of the world, then places that are spread over the free floor."""
 
 import math
+import random
 from typing import List, Sequence
 
 import numpy as np
@@ -45,6 +46,22 @@ def standing_places(world: World, model: RobotModel, count: int) -> List[Pose]:
         raise ParameterError("the world %r has room for %s robots of the model %s, not for %s"
                              % (world.name, len(places), model.subtype, count))
     return starts + [(x, y, floor.heading((x, y), places)) for x, y in places[len(starts):]]
+
+
+def random_places(world: World, model: RobotModel, count: int, seed: int) -> List[Pose]:
+    """Return random start poses (m, rad; map frame) for `count` robots, on floor that can be reached from a start.
+
+    Each robot can turn where it stands. The same seed gives the same poses.
+
+    Raises:
+        ParameterError: no room is left. The message says for how many robots there was room.
+    """
+    floor, rng = _Floor(world, model, count), random.Random("starts %s" % seed)
+    places = floor.at_random(count, rng)
+    if len(places) < count:
+        raise ParameterError("the world %r has room for %s robots of the model %s at random places, not for %s"
+                             % (world.name, len(places), model.subtype, count))
+    return [(x, y, rng.uniform(-math.pi, math.pi)) for x, y in places]
 
 
 class _Floor:
@@ -102,6 +119,22 @@ class _Floor:
                 break
             places.append((float(x[column]), float(y[row])))
             _limit(room, x, y, places[-1], 2.0 * largest, 0.5)
+        return places
+
+    def at_random(self, count: int, rng: random.Random) -> List[Point]:
+        """Return random places (m, map frame) for robots, `count` or as many as there is room for.
+
+        Where there are no walls, the places are on the grid around the starts.
+        """
+        room = self._free.copy()
+        places: List[Point] = []
+        while len(places) < count and room.any():
+            rows, columns = np.nonzero(room)
+            chosen = int(rng.random() * len(rows))
+            x, y = float(self._x[columns[chosen]]), float(self._y[rows[chosen]])
+            places.append((x, y))
+            to_x, to_y = self._x - x, (self._y - y)[:, None]
+            room &= to_x * to_x + to_y * to_y >= 4.0 * self._radius * self._radius
         return places
 
     def in_rows(self, count: int) -> List[Point]:

@@ -8,7 +8,7 @@ import functools
 import math
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import List, Mapping, NamedTuple, Optional, Protocol, Sequence, Tuple
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Protocol, Sequence, Tuple
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from .crowd import Crowd
 from .geometry import Array, Solids
 from .grids import flood
 from .mirrors import ear_of
-from .poses import Point, Pose, hypot
+from .poses import Point, Pose, Wall, closed, hypot
 
 SONAR_PLANE = 0.17
 """Height (m) of the sonar above the floor. The sonar does not detect lower objects."""
@@ -79,6 +79,40 @@ class MarkedPlace(NamedTuple):
         return abs(x - self.x) <= self.size[0] / 2.0 and abs(y - self.y) <= self.size[1] / 2.0
 
 
+class Furniture(NamedTuple):
+    """Something that stands on the floor: a box by its four corners, or posts ``(x, y, radius)`` that belong together.
+
+    The other of the two is empty.
+    """
+
+    corners: Tuple[Point, ...] = ()
+    posts: Tuple[Tuple[float, float, float], ...] = ()
+
+    @property
+    def walls(self) -> List[Wall]:
+        """The sides of the box."""
+        return closed(self.corners)
+
+    @property
+    def solids(self) -> Solids:
+        """The walls and posts in the form for computation."""
+        return Solids(np.array(self.walls).reshape(-1, 4), np.array(self.posts).reshape(-1, 3))
+
+
+class Walk(NamedTuple):
+    """How a person walks: to and fro along the corners of `path` (m, map frame), or to random places by `seed`.
+
+    `path` is empty, or has two points or more. `speed` is in m/s; `pause` is the rest (s) at each end of a way. A
+    person looks, and does not walk into a robot. If `blind`, the person walks on.
+    """
+
+    path: Tuple[Point, ...] = ()
+    seed: int = 0
+    speed: float = 0.5
+    pause: float = 2.0
+    blind: bool = False
+
+
 def begin_at(start: Pose) -> str:
     """Return a text with x and y (m, map frame) of a start. It is reported to users of a map file that has no start."""
     return "robots begin at x %.2f, y %.2f" % start[:2]
@@ -99,6 +133,12 @@ class World:
         boxes: corners of each filled obstacle, for those who draw it. Its walls are among `walls`.
         places: places with names, into which cans are brought. The simulator only tells which cans stand there.
         forbidden: segments, as of `walls`, that robots are asked not to cross. The simulator does not use them.
+        unmapped: obstacles that are on no map. They are solid, and sonar detects them.
+        walks: how people walk in this world.
+
+    Attributes:
+        walls, posts: arrays ``(n, 4)`` and ``(n, 3)`` of what is on a map.
+        solids: all walls and posts, with those of `unmapped`, in the form for computation.
 
     Raises:
         WorldError: a number is not finite, a wall has no length, a post or can has no size, or there is no start.
@@ -117,6 +157,8 @@ class World:
         boxes: Sequence[Sequence[Point]] = (),
         places: Sequence[MarkedPlace] = (),
         forbidden: Sequence[Sequence[float]] = (),
+        unmapped: Sequence[Furniture] = (),
+        walks: Sequence[Walk] = (),
     ):
         self.name = name
         self.walls = _table(name, "wall", walls, 4)
@@ -129,6 +171,8 @@ class World:
         self.boxes = [tuple(corners) for corners in boxes]
         self.places = list(places)
         self.forbidden = _table(name, "forbidden line", forbidden, 4)
+        self.unmapped = list(unmapped)
+        self.walks = list(walks)
         if not self.starts:
             raise WorldError("world %s: no start; a robot has to stand somewhere" % name)
         for number, (x1, y1, x2, y2) in enumerate(self.walls.tolist(), 1):
@@ -138,8 +182,11 @@ class World:
             for number, radius in enumerate(radii, 1):
                 if not radius > 0.0:
                     raise WorldError("world %s: %s %s has radius %g; must be above 0" % (name, kind, number, radius))
-        self.solids = Solids(self.walls, self.posts)
-        """All walls and posts, in the form for computation."""
+        self._mapped = self.solids = Solids(self.walls, self.posts)
+        if self.unmapped:
+            self.solids = Solids(
+                np.vstack((self.walls, *(each.solids.walls for each in self.unmapped))),
+                np.vstack((self.posts, *(each.solids.posts for each in self.unmapped))))
         self._neighbourhood = functools.lru_cache(_KEPT_NEIGHBOURHOODS)(self._find)
         self.ear = functools.lru_cache(maxsize=None)(functools.partial(ear_of, self))
         """Function that returns the `Ear` of this world for sonar transducers with the given cone.
@@ -160,9 +207,15 @@ class World:
 
         The copy uses the same `Can` objects.
         """
-        return World(
-            self.name, self.walls.tolist(), self.posts.tolist(), self.cans, [start, *self.starts], self.docks,
-            self.goals, self.skipped, self.boxes, self.places, self.forbidden.tolist())
+        return self.changed(starts=[start, *self.starts])
+
+    def changed(self, **changes: Any) -> "World":
+        """Return a copy of this world with other values for some arguments. The copy uses the same `Can` objects."""
+        values: Dict[str, Any] = dict(
+            name=self.name, walls=self.walls.tolist(), posts=self.posts.tolist(), cans=self.cans, starts=self.starts,
+            docks=self.docks, goals=self.goals, skipped=self.skipped, boxes=self.boxes, places=self.places,
+            forbidden=self.forbidden.tolist(), unmapped=self.unmapped, walks=self.walks)
+        return World(**{**values, **changes})
 
     def touches(self, outline_xy: Sequence[Point]) -> bool:
         """Return whether a body overlaps any wall or post, or has one inside its outline. Cans are ignored.
@@ -193,20 +246,10 @@ class World:
             row_y: y of the rows (m, map frame), in increasing order.
             limit: largest distance (m) to return. Larger distances are returned as `limit`. A low limit saves time.
         """
-        grid = np.full((len(row_y), len(column_x)), limit)
-        for solid in self.solids.each():
-            corners = solid.corners()
-            (low_x, low_y), (high_x, high_y) = corners.min(axis=0), corners.max(axis=0)
-            columns = slice(*np.searchsorted(column_x, (low_x - limit, high_x + limit)))
-            rows = slice(*np.searchsorted(row_y, (low_y - limit, high_y + limit)))
-            for distances in solid.distances(column_x[None, columns], row_y[rows, None]):
-                nearest = np.minimum.reduce(distances, axis=2, initial=math.inf)
-                grid[rows, columns] = np.minimum(grid[rows, columns], nearest)
-        clearances: Array = np.maximum(grid, 0.0)
-        return clearances
+        return self.solids.clearances(column_x, row_y, limit)
 
     def occupancy(self, resolution: float = 0.05, margin: float = 0.5) -> Tuple[Array, Tuple[float, float]]:
-        """Return the world as an occupancy map with square cells, for RViz and pictures.
+        """Return the world as an occupancy map with square cells, for RViz and pictures. It has nothing of `unmapped`.
 
         Args:
             resolution: side of a cell (m).
@@ -224,7 +267,7 @@ class World:
             low + (np.arange(math.ceil((high + margin - low) / resolution)) + 0.5) * resolution
             for low, high in zip(origin, (high_x, high_y))
         ]
-        occupied = self.clearances(column_x, row_y, limit=resolution) <= resolution * math.sqrt(0.5)
+        occupied = self._mapped.clearances(column_x, row_y, limit=resolution) <= resolution * math.sqrt(0.5)
         cells = np.full(occupied.shape, UNKNOWN, dtype=np.int8)
         start_cells = np.zeros_like(occupied)
         for x, y, _ in self.starts:

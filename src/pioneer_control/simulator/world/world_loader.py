@@ -12,12 +12,12 @@ import yaml
 from ...errors import WorldError
 from ...maps.ros_map import RosMapReader
 from ...maps.yaml_nodes import LENGTH, NodeReader, compose
-from ...parameters import Number, Numbers, Switch, Text, nearest
+from ...parameters import Number, Numbers, Switch, Text, Whole, nearest
 from .aria_map import FIRST_LINE, AriaMap
 from .generated import KINDS, named_world
 from .poses import Point, Pose, Wall, box_corners, closed
 from .ros_map import world_of_map
-from .world import SONAR_PLANE, Can, MarkedPlace, World, begin_at
+from .world import SONAR_PLANE, Can, Furniture, MarkedPlace, Walk, World, begin_at
 
 GALLERY = Path(__file__).parents[1] / "worlds"
 ENDINGS = (".yaml", ".yml", ".map")
@@ -65,6 +65,14 @@ def load_world(name_or_path: Union[str, Path]) -> World:
         places:                               # areas by name, into which cans are brought: rectangles and discs
           - {name: depot, centre_m: [6, 1], size_m: [1.5, 1]}
           - {name: hole, centre_m: [1, 4], diameter_m: 0.5}
+        unmapped:                             # solid and heard like boxes and posts, but on no map
+          boxes:
+            - {centre_m: [4, 2], size_m: [0.4, 0.3], angle_deg: 20}
+          posts:
+            - {centre_m: [5, 5], diameter_m: 0.2}
+        walkers:                              # people who walk: to and fro along a path, or to random places by a seed
+          - {path_m: [[1, 3], [6, 3]], speed_m_s: 0.8, pause_s: 1, blind: true}   # blind: walks into robots
+          - {seed: 3}                         # 0.5 m/s, pauses of 2 s, and does not walk into robots
 
     `World.skipped` lists the entries of a map of another kind that are not part of its world.
 
@@ -138,6 +146,7 @@ class _WorldReader(NodeReader):
         sections = self.mapping(root, "a world", needs={"starts": self.starts}, may={
             "description": Text(), "map": self.map, "walls": self.walls, "boxes": self.boxes, "posts": self.posts,
             "cans": self.cans, "docks": self.docks, "goals": self.goals, "places": self.places,
+            "unmapped": self.unmapped, "walkers": self.walkers,
         })
         below = sections.get("map") or World("nothing")
         boxes = sections.get("boxes", [])
@@ -152,6 +161,8 @@ class _WorldReader(NodeReader):
             skipped=[sentence for sentence in below.skipped if not sentence.endswith(begin_at(below.starts[0]))],
             boxes=below.boxes + boxes,
             places=sections.get("places", []),
+            unmapped=sections.get("unmapped", []),
+            walks=sections.get("walkers", []),
         )
 
     def walls(self, node: yaml.Node) -> List[Wall]:
@@ -219,6 +230,24 @@ class _WorldReader(NodeReader):
             places[place["name"]] = MarkedPlace(place["name"], x, y, place.get("size_m") or (place["diameter_m"],))
         return list(places.values())
 
+    def unmapped(self, node: yaml.Node) -> List[Furniture]:
+        """Return the obstacles of section `unmapped`."""
+        found = self.mapping(node, "the section unmapped", needs={}, may={"boxes": self.boxes, "posts": self.posts})
+        boxes = [Furniture(corners=tuple(corners)) for corners in found.get("boxes", [])]
+        return boxes + [Furniture(posts=(post,)) for post in found.get("posts", [])]
+
+    def walkers(self, node: yaml.Node) -> List[Walk]:
+        """Return how the people of section `walkers` walk."""
+        may = {"path_m": self.path_points, "seed": Whole(), "speed_m_s": Number(0.01, 3.0),
+               "pause_s": Number(0.0, 3600.0), "blind": Switch()}
+        walks = []
+        for entry, walker in self.mappings(node, "walkers", "a walker", {}, may):
+            if ("path_m" in walker) == ("seed" in walker):
+                self.fail(entry, "a walker needs either path_m, to walk to and fro, or seed, to walk to random places")
+            names = {"path_m": "path", "speed_m_s": "speed", "pause_s": "pause"}
+            walks.append(Walk(**{names.get(key, key): value for key, value in walker.items()}))
+        return walks
+
     def map(self, node: yaml.Node) -> World:
         """Load the map that the key `map` names, and return its world. The path is relative to this world file."""
         try:
@@ -228,10 +257,17 @@ class _WorldReader(NodeReader):
 
     def corners(self, node: yaml.Node) -> List[Tuple[float, ...]]:
         """Return the corners (m) of a wall, two or more."""
-        corners = [self.checked("a point of corners_m", entry, POINT) for entry in self.items(node, "corners_m")]
-        if len(corners) < 2:
-            self.fail(node, "corners_m needs two points or more, [[x, y], [x, y], ...]")
-        return corners
+        return self._points(node, "corners_m")
+
+    def path_points(self, node: yaml.Node) -> Tuple[Tuple[float, ...], ...]:
+        """Return the corners (m) of a walker's path, two or more."""
+        return tuple(self._points(node, "path_m"))
+
+    def _points(self, node: yaml.Node, key: str) -> List[Tuple[float, ...]]:
+        points = [self.checked("a point of %s" % key, entry, POINT) for entry in self.items(node, key)]
+        if len(points) < 2:
+            self.fail(node, "%s needs two points or more, [[x, y], [x, y], ...]" % key)
+        return points
 
     def can_height(self, node: yaml.Node) -> float:
         """Return the height (m) of a can, which must be below the sonar plane."""
