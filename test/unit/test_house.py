@@ -520,7 +520,8 @@ def test_package_xml_names_what_the_code_imports():
     """
     manifest = ElementTree.parse(ROOT / "package.xml").getroot()
     named = {element.text for element in manifest if element.tag.endswith("depend")}
-    keys = {"numpy": "python3-numpy", "serial": "python3-serial", "websocket": "python3-websocket",
+    keys = {"numpy": "python3-numpy", "scipy": "python3-scipy", "serial": "python3-serial",
+            "websocket": "python3-websocket",
             "yaml": "python3-yaml", "PIL": "python3-pil", "matplotlib": "python3-matplotlib", "tqdm": "python3-tqdm",
             "evdev": "python3-evdev", "tornado": "python3-tornado", "qrcode": "python3-qrcode"}
     keys.update({module: module for module in ROS_MODULES})

@@ -14,6 +14,14 @@ Where it is:
 ``measurement``      how well a pose explains readings; ``expected_ranges``: what a map lets expect
 ``recent_readings``  readings with the place of their sensor
 
+How it gets to a goal:
+
+``navigator``        the front: drives one robot to goals, stands when something is not well, and says why
+``planning``         the floor that a robot may use, and the way to a goal; ``frames``: points between frames
+``driving``          the next velocity
+``obstacles``        what was heard lately, and is on no map
+``chassis``          the robot: how far its moves go until they touch something, and where its sonar looks
+
 Everything here is pure: maps, what the robot sensed, and time go in; poses, maps, plans and velocities come out. There
 is no ROS, no clock and no thread but in ``node``.
 

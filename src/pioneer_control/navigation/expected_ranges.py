@@ -12,7 +12,7 @@ import math
 from typing import Any, NamedTuple, Tuple
 
 import numpy as np
-from scipy import ndimage  # type: ignore[import]  # it has no types
+from scipy import ndimage
 
 from ..maps import FREE, OCCUPIED, GridMap
 

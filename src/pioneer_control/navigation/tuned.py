@@ -79,3 +79,72 @@ class LocalisationNumbers:
         0.8, Number(0.0, 1.0), "the usual share of echoes that the true pose explains, before it is learnt")
     blind_way: float = parameter(2.0, Number(0.1, 100.0), "unsure after such a way without an explained echo", "m")
     explained_readings: int = parameter(60, Whole(5, 1000), "echoes over which the explained share is a mean")
+
+
+@dataclass(frozen=True)
+class PlanningNumbers:
+    """Numbers of `planning`."""
+
+    side: float = parameter(0.1, Number(0.02, 0.3), "side of the squares on which a way is found", "m")
+    squeeze: float = parameter(0.045, Number(0, 1), "least distance of the robot's sides from a wall", "m")
+    keep: float = parameter(0.075, Number(0, 1), "distance from a wall that is kept unless there is no other way", "m")
+    berth: float = parameter(0.28, Number(0.01, 3), "beyond that distance, where a metre begins to cost more", "m")
+    near_cost: float = parameter(6.0, Number(0, 1000), "what a metre at that distance costs more")
+    squeeze_cost: float = parameter(8.0, Number(0, 1000), "what a metre nearer than that distance costs more again")
+    obstacle_cost: float = parameter(40.0, Number(0, 10000), "what a metre through an obstacle costs that is on no map")
+    off_the_floor: float = parameter(20.0, Number(1, 1000), "cost of a metre where the robot must not be at all")
+
+
+@dataclass(frozen=True)
+class ObstacleNumbers:
+    """Numbers of `obstacles`."""
+
+    heard_to: float = parameter(2.5, Number(0.5, 5), "an echo from farther away leaves no obstacle", "m")
+    cell: float = parameter(0.05, Number(0.01, 0.2), "echoes nearer to each other than about this are one", "m")
+    explained: float = parameter(0.15, Number(0, 1), "an echo this near to a wall of the map comes from it", "m")
+    explained_share: float = parameter(0.03, Number(0, 1), "what is added to that distance for each metre of range")
+    kept: float = parameter(25.0, Number(1, 600), "time after which what is on no map is forgotten", "s")
+    kept_known: float = parameter(3.0, Number(0, 600), "time after which a wall's echo is forgotten", "s")
+    young: float = parameter(1.5, Number(0, 60), "an echo younger than this may be of somebody who walks", "s")
+    seen_through: float = parameter(0.2, Number(0.02, 2), "an echo from this much farther has passed an obstacle", "m")
+    passes: int = parameter(3, Whole(1, 50), "so often an echo must pass an obstacle until it is forgotten")
+
+
+@dataclass(frozen=True)
+class SteeringNumbers:
+    """Numbers of `driving`."""
+
+    acceleration: float = parameter(0.5, Number(0.05, 5), "acceleration that is asked of the robot", "m/s^2")
+    braking: float = parameter(0.8, Number(0.05, 5), "deceleration that is asked of the robot", "m/s^2")
+    turn_acceleration: float = parameter(3.0, Number(0.1, 20), "angular acceleration and deceleration", "rad/s^2")
+    margin: float = parameter(0.035, Number(0, 0.3), "distance that the outline keeps from everything", "m")
+    reaction: float = parameter(0.45, Number(0, 2), "time from an obstacle to its echo, and to the brakes", "s")
+    spare: float = parameter(0.04, Number(0, 0.5), "way that is left after braking", "m")
+    walking: float = parameter(0.5, Number(0, 2), "speed at which a young echo may come nearer", "m/s")
+    backward: float = parameter(0.15, Number(0, 1), "greatest speed backward", "m/s")
+    horizon: float = parameter(1.5, Number(0.2, 5), "how far ahead in time a move is judged", "s")
+    delay: float = parameter(0.15, Number(0, 1), "time until a command has an effect", "s")
+    heading_weight: float = parameter(0.3, Number(0, 5), "what a radian off the best heading costs", "m")
+    near_weight: float = parameter(0.5, Number(0, 10), "weight of the cost of the floor that a move passes")
+    change_weight: float = parameter(0.02, Number(0, 5), "what a change of the turn rate costs", "m for each rad/s")
+    impatience: float = parameter(0.3, Number(0, 10), "what standing costs more for each second without a way", "m")
+    squeeze_after: float = parameter(4.0, Number(0, 600), "time without a way after which it keeps next to no distance",
+                                     "s")
+    arrived: float = parameter(0.035, Number(0.005, 0.5), "distance from the goal that is good enough", "m")
+    arrived_heading: float = parameter(0.04, Number(0.005, 0.5), "heading off the goal's that is good enough", "rad")
+    final: float = parameter(0.6, Number(0.1, 2), "distance from which the robot aims at the goal itself", "m")
+
+
+@dataclass(frozen=True)
+class NavigatorNumbers:
+    """Numbers of `navigator`."""
+
+    replan: float = parameter(1.0, Number(0.1, 10), "time from one plan to the next", "s")
+    stale: float = parameter(0.5, Number(0.1, 5), "what the robot senses is too old after this time", "s")
+    silent: float = parameter(1.0, Number(0.2, 10), "a transducer that has not fired for this time does not look", "s")
+    unsure_turn: float = parameter(0.4, Number(0, 2), "turn rate with which it looks around when unsure", "rad/s")
+    unsure_room: float = parameter(0.15, Number(0, 1), "room around the turning robot that this needs", "m")
+    patience: float = parameter(60.0, Number(1, 3600), "time without progress after which it gives up", "s")
+    wait: float = parameter(120.0, Number(1, 3600), "time that it waits for one reason before it gives up", "s")
+    progress: float = parameter(0.3, Number(0.01, 5), "what the cost to go must fall to count as progress", "m")
+    rest: float = parameter(1.0, Number(0, 10), "time it stands after a stall", "s")

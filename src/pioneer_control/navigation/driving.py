@@ -1,0 +1,199 @@
+"""Chooses the next velocity: the move that brings the robot nearest to its goal, among those it can still stop on.
+
+Each candidate is an arc or a turn on the spot at one speed. It is allowed if some transducer looks along it, and if the
+way until the robot's outline touches something is longer than reaction and brakes need; longer still towards an echo
+that is young, because somebody may come. Among the allowed ones, the cost to go from where each leads decides.
+"""
+
+import math
+from typing import Any, Iterable, NamedTuple, Tuple
+
+import numpy as np
+
+from ..floor_poses import Pose, wrapped
+from .chassis import Chassis, Moves
+from .frames import into
+from .planning import RoutePlan
+from .tuned import SteeringNumbers
+from .values import Twist
+
+Array = Any     # of numpy
+
+STOP = Twist(0.0, 0.0)
+_SHARES = (0.15, 0.35, 0.6, 0.8, 1.0)   # of the greatest speed forward
+_SHARES_BACK = (0.4, 1.0)
+_SHARES_TURN = (0.15, 0.4, 1.0)
+_STEP = 0.1     # s
+
+
+class Around(NamedTuple):
+    """What is around the robot: x and y (m, robot's frame) of what stands, and of what may walk."""
+
+    standing_x: Array
+    standing_y: Array
+    walking_x: Array
+    walking_y: Array
+
+
+class SteeringChoice(NamedTuple):
+    """A velocity, and why, for people. `blocked`: nothing that leads on was allowed."""
+
+    twist: Twist
+    reason: str
+    blocked: bool = False
+
+
+class Steering:
+    """Chooses velocities for one robot."""
+
+    def __init__(self, chassis: Chassis, tuned: SteeringNumbers):
+        """Make the tables for `chassis`."""
+        self._chassis, self._tuned = chassis, tuned
+        self.moves = Moves(chassis, tuned.margin)
+        self._bare = Moves(chassis, 0.01)
+        self._number, self._linear, self._angular = self._candidates()
+
+    def choose(self, pose: Pose, velocity: Twist, around: Around, live: Iterable[int], plan: RoutePlan,
+               blocked: float = 0.0) -> SteeringChoice:
+        """Return the velocity that leads on along a plan.
+
+        Args:
+            pose: where the robot is (map frame).
+            velocity: its present velocity.
+            around: what is around it.
+            live: numbers of the transducers that work.
+            plan: the plan to its goal.
+            blocked: for how long (s) no way has led on. The longer, the more it prefers any move to standing; at last
+                it keeps no distance from what stands beside it, and is slow.
+        """
+        allowed = self._allowed(velocity, around, live, blocked > self._tuned.squeeze_after)
+        cost = self._costs(pose, velocity, plan)
+        cost[-1] += self._tuned.impatience * max(0.0, blocked - 1.0)
+        cost[~allowed] = np.inf
+        best = int(np.argmin(cost))
+        twist = Twist(float(self._linear[best]), float(self._angular[best]))
+        if twist == STOP:
+            return SteeringChoice(STOP, "the way is blocked", True)
+        return SteeringChoice(twist, "driving")
+
+    def finish(self, pose: Pose, velocity: Twist, around: Around, live: Iterable[int], goal: Pose,
+               turn_only: bool) -> SteeringChoice:
+        """Return the velocity that ends a way: straight to a goal near by, then to its heading.
+
+        Args:
+            pose, velocity, around, live: as for `choose`.
+            goal: the goal (map frame).
+            turn_only: the robot is at the goal, and only its heading is to change.
+        """
+        tuned = self._tuned
+        along, aside = (float(each) for each in into(pose, np.array(goal.x), np.array(goal.y)))
+        distance = math.hypot(along, aside)
+        if turn_only:
+            wanted = self._turn_by(wrapped(goal.heading - pose.heading))
+        else:
+            back = along < 0.0 and distance < 0.25
+            off = math.atan2(-aside, -along) if back else math.atan2(aside, along)
+            if abs(off) > 0.5:
+                wanted = self._turn_by(off)
+            else:
+                top = tuned.backward if back else self._chassis.max_linear
+                speed = min(top, math.sqrt(2.0 * 0.6 * tuned.braking * distance), max(0.04, 1.2 * distance))
+                speed *= max(0.2, math.cos(2.0 * off))
+                bend = 2.0 * math.sin(off) / max(distance, 0.1)
+                wanted = Twist(-speed if back else speed, float(np.clip(speed * bend, -1.0, 1.0)))
+        return self._held_back(wanted, velocity, around, live)
+
+    def _turn_by(self, angle: float) -> Twist:
+        tuned = self._tuned
+        rate = min(self._chassis.max_angular, math.sqrt(2.0 * 0.4 * tuned.turn_acceleration * abs(angle)),
+                   max(0.06, 2.0 * abs(angle)))
+        return Twist(0.0, math.copysign(rate, angle))
+
+    def _held_back(self, wanted: Twist, velocity: Twist, around: Around, live: Iterable[int]) -> SteeringChoice:
+        """Return the allowed candidate that is most like a wanted velocity, or a stop."""
+        allowed = self._allowed(velocity, around, live)
+        unlike = np.abs(self._linear - wanted.linear) * 3.0 + np.abs(self._angular - wanted.angular)
+        unlike[~allowed] = np.inf
+        same = (np.sign(self._linear) == np.sign(wanted.linear)) & (
+            (wanted.linear != 0.0) | (np.sign(self._angular) == np.sign(wanted.angular)))
+        unlike[~same] = np.inf
+        best = int(np.argmin(unlike))
+        if not np.isfinite(unlike[best]):
+            return SteeringChoice(STOP, "something is in the way at the goal", True)
+        # As wanted where the candidate is at least as fast, so that the last centimetres are driven smoothly.
+        if abs(self._linear[best]) >= abs(wanted.linear) - 0.05 and abs(self._angular[best] - wanted.angular) < 0.3:
+            return SteeringChoice(wanted, "finishing")
+        return SteeringChoice(Twist(float(self._linear[best]), float(self._angular[best])), "finishing")
+
+    def _candidates(self) -> Tuple[Array, Array, Array]:
+        """Return the move, the speed and the turn rate of each candidate. The last one stands (move -1)."""
+        chassis, tuned, rows = self._chassis, self._tuned, []
+        for number, move in enumerate(self.moves.each):
+            if move.direction == 0:
+                rows += [(number, 0.0, move.bend * share * chassis.max_angular) for share in _SHARES_TURN]
+                continue
+            shares, top = ((_SHARES, chassis.max_linear) if move.direction > 0 else
+                           (_SHARES_BACK, min(tuned.backward, chassis.max_linear)))
+            fastest = top if move.bend == 0.0 else min(top, chassis.max_angular / abs(move.bend))
+            speeds = sorted({round(min(share * top, fastest), 4) for share in shares})
+            rows += [(number, move.direction * speed, move.bend * speed) for speed in speeds]
+        rows.append((-1, 0.0, 0.0))
+        number, linear, angular = (np.array(column) for column in zip(*rows))
+        return number, linear, angular
+
+    def _allowed(self, velocity: Twist, around: Around, live: Iterable[int], squeeze: bool = False) -> Array:
+        """Return which candidates are allowed. `squeeze`: slow ones that keep next to no distance are, too."""
+        tuned = self._tuned
+        moves = self._bare if squeeze else self.moves
+        ahead = _moved_by(velocity, tuned.delay)
+        standing = moves.ways(*into(ahead, around.standing_x, around.standing_y))
+        walking = moves.ways(*into(ahead, around.walking_x, around.walking_y))
+        turn = self.moves.direction[self._number] == 0
+        speed = np.where(turn, np.abs(self._angular), np.abs(self._linear))
+        braking = np.where(turn, tuned.turn_acceleration, tuned.braking)
+        needed = speed * tuned.reaction + speed ** 2 / (2.0 * braking) + tuned.spare
+        coming = np.where(turn, 0.0, tuned.walking * (tuned.reaction + speed / braking))
+        allowed = ((standing[self._number] > needed) & (walking[self._number] > needed + coming)
+                   & self.moves.covered(live)[self._number])
+        if squeeze:
+            allowed &= (np.abs(self._linear) <= 0.1) & (np.abs(self._angular) <= 0.5)
+        allowed[-1] = True
+        return allowed
+
+    def _costs(self, pose: Pose, velocity: Twist, plan: RoutePlan) -> Array:
+        """Return what each candidate costs: the cost to go from where it leads, and what it passes."""
+        tuned = self._tuned
+        x, y, heading, passed = self._rolled_out(pose, velocity, plan)
+        cost = plan.cost(x, y) + tuned.near_weight * passed
+        off = np.abs((plan.heading(x, y) - heading + math.pi) % (2.0 * math.pi) - math.pi)
+        cost += tuned.heading_weight * off
+        cost += tuned.change_weight * np.abs(self._angular - velocity.angular)
+        cost[-1] += 0.02
+        return cost
+
+    def _rolled_out(self, pose: Pose, velocity: Twist, plan: RoutePlan) -> Tuple[Array, Array, Array, Array]:
+        """Return where each candidate leads within the horizon: x, y, heading (map frame), and the cost of its floor
+        above that of open floor.
+        """
+        tuned, count = self._tuned, len(self._linear)
+        linear, angular = np.full(count, velocity.linear), np.full(count, velocity.angular)
+        x, y, heading, passed = np.full(count, pose.x), np.full(count, pose.y), np.full(count, pose.heading), 0.0
+        for step in range(round(tuned.horizon / _STEP)):
+            if step * _STEP >= tuned.delay - _STEP / 2.0:
+                slower = np.abs(self._linear) < np.abs(linear)
+                most = np.where(slower, tuned.braking, tuned.acceleration) * _STEP
+                linear = linear + np.clip(self._linear - linear, -most, most)
+                most_turn = tuned.turn_acceleration * _STEP
+                angular = angular + np.clip(self._angular - angular, -most_turn, most_turn)
+            middle = heading + angular * (_STEP / 2.0)
+            x, y = x + linear * _STEP * np.cos(middle), y + linear * _STEP * np.sin(middle)
+            heading = heading + angular * _STEP
+            if step % 3 == 2:
+                passed = passed + (plan.floor.cost_of_a_metre(x, y) - 1.0) * np.abs(linear) * (3.0 * _STEP)
+        return x, y, heading, passed
+
+
+def _moved_by(velocity: Twist, time: float) -> Pose:
+    """Return where a robot is after some time (s) at a velocity, in its frame of now."""
+    turn, way = velocity.angular * time, velocity.linear * time
+    return Pose(way * math.cos(turn / 2.0), way * math.sin(turn / 2.0), turn)

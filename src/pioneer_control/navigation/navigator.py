@@ -1,0 +1,357 @@
+"""One robot's way to a goal: when it drives, when it waits and why, when it is there, and when it gives up.
+
+The navigator is told what the robot senses, where it is and whether it may move, once for each standard packet. Its
+answer is a velocity. The robot stands whenever one of these is not well, and drives on when all are well again.
+"""
+
+import enum
+import math
+from typing import Any, List, NamedTuple, Optional, Protocol, Tuple
+
+import numpy as np
+
+from ..floor_poses import Pose, wrapped
+from ..maps.grid_map import GridMap
+from .chassis import Chassis
+from .driving import STOP, Around, SteeringChoice, Steering
+from .frames import into, out_of
+from .obstacles import Obstacles, cells_near, edge_cells
+from .planning import DrivableFloor, Point, RoutePlan
+from .tuned import NavigatorNumbers, ObstacleNumbers, PlanningNumbers, SteeringNumbers
+from .values import Sensing, Twist
+
+Array = Any     # of numpy
+_NEAR = 1.8     # m: farther faces of walls cannot end a move
+
+
+class Whereabouts(Protocol):
+    """Where the robot is: its pose (map frame), whether that is sure, and if not, why."""
+
+    @property
+    def pose(self) -> Pose:
+        """The most likely pose (m, rad; map frame)."""
+
+    @property
+    def sure(self) -> bool:
+        """Whether the robot is there for certain."""
+
+    @property
+    def reason(self) -> str:
+        """Why it is not sure, for people."""
+
+
+class Readiness(NamedTuple):
+    """What lets the robot move.
+
+    Attributes:
+        sonar_on: the sonar is switched on.
+        stalled: a wheel is driven but does not turn.
+        may_command: nobody else has the helm.
+        motors: motor power is on.
+    """
+
+    sonar_on: bool = True
+    stalled: bool = False
+    may_command: bool = True
+    motors: bool = True
+
+
+class State(enum.Enum):
+    """What the navigator does."""
+
+    IDLE = "idle"
+    DRIVING = "driving"
+    WAITING = "waiting"
+    REACHED = "reached"
+    FAILED = "failed"
+
+
+class Decision(NamedTuple):
+    """What the robot does now: a velocity, the state, and the reason for people."""
+
+    twist: Twist
+    state: State
+    reason: str
+
+
+class NavigationNumbers(NamedTuple):
+    """The tuned numbers of all parts that a navigator uses."""
+
+    planning: PlanningNumbers = PlanningNumbers()
+    obstacles: ObstacleNumbers = ObstacleNumbers()
+    steering: SteeringNumbers = SteeringNumbers()
+    navigator: NavigatorNumbers = NavigatorNumbers()
+
+
+class Accelerations(NamedTuple):
+    """Accelerations that the robot must have while it navigates: m/s^2 to drive and to brake, rad/s^2 to turn."""
+
+    linear: float
+    braking: float
+    angular: float
+
+
+class _Task:
+    """A goal, and how far the robot has come with it."""
+
+    def __init__(self, goal: Pose, with_heading: bool, now: float):
+        self.goal, self.with_heading = goal, with_heading
+        self.at_goal = False
+        self.plan: Optional[RoutePlan] = None
+        self.planned = -math.inf        # s, when the plan was made
+        self.best = math.inf            # m, least cost to go so far
+        self.progress = now             # s, when it last fell
+        self.waits_since: Optional[float] = None
+        self.waits_for = ""
+        self.blocked_since: Optional[float] = None
+        self.blocked_at: Optional[Pose] = None
+
+
+class Navigator:
+    """Drives one robot to goals on one map."""
+
+    def __init__(self, grid_map: GridMap, chassis: Chassis, numbers: NavigationNumbers = NavigationNumbers()):
+        """Prepare the map.
+
+        Args:
+            grid_map: the map, which all poses and goals are on.
+            chassis: the robot.
+            numbers: the tuned numbers.
+        """
+        self._map, self._chassis, self._numbers = grid_map, chassis, numbers
+        self._floor = DrivableFloor(grid_map, chassis.half_width, numbers.planning)
+        self._edges = edge_cells(grid_map, self._floor.clearance)
+        self._obstacles = Obstacles(chassis, grid_map, self._floor.clearance, numbers.obstacles)
+        self._steering = Steering(chassis, numbers.steering)
+        self._task: Optional[_Task] = None
+        self._ended = Decision(STOP, State.IDLE, "no goal")
+        self._last: Optional[Sensing] = None
+        self._velocity = STOP
+        self._place: Optional[Pose] = None
+        self._stalled = -math.inf       # s, when a wheel last stalled
+
+    @property
+    def acceleration_wanted(self) -> Accelerations:
+        """The accelerations that the driver is to be asked for while a goal is driven to."""
+        steering = self._numbers.steering
+        return Accelerations(steering.acceleration, steering.braking, steering.turn_acceleration)
+
+    @property
+    def plan(self) -> List[Point]:
+        """The way from the robot to its goal as points (m, map frame). Empty without a goal or a pose."""
+        task = self._task
+        if task is None or task.plan is None or self._place is None:
+            return []
+        return task.plan.points_from((self._place.x, self._place.y))
+
+    def way(self, start: Point, goal: Point) -> Tuple[List[Point], str]:
+        """Return the way between two places (m, map frame) as points, without driving; or no points and a refusal."""
+        refusal = self._floor.refusal(start, goal)
+        return ([], refusal) if refusal else (self._floor.to(goal).points_from(start), "")
+
+    def shortest(self, start: Point, goal: Point) -> float:
+        """Return the length (m) of the shortest way between two places, infinite without one."""
+        return self._floor.shortest(start, goal)
+
+    def go_to(self, x: float, y: float, heading: Optional[float], now: float) -> str:
+        """Begin to drive to a goal (m, rad; map frame), instead of an earlier one.
+
+        Args:
+            heading: the heading to have there; None when any will do.
+            now: the time (s).
+
+        Returns:
+            Why the goal is refused, for people; then the robot stands. Empty when it is accepted.
+        """
+        self.cancel(now)
+        if heading is not None and not math.isfinite(heading):
+            refusal = "the heading %g of the goal is not finite: give a number in radians" % heading
+        else:
+            start = (x, y) if self._place is None else (self._place.x, self._place.y)
+            refusal = self._floor.refusal(start, (x, y))
+        if refusal:
+            self._ended = Decision(STOP, State.FAILED, refusal)
+        else:
+            self._task = _Task(Pose(x, y, heading or 0.0), heading is not None, now)
+        return refusal
+
+    def cancel(self, now: float) -> None:
+        """Drop the goal. The robot stops."""
+        self._task = None
+        self._ended = Decision(STOP, State.IDLE, "no goal")
+
+    def forget_obstacles(self) -> None:
+        """Forget what was heard that is on no map."""
+        self._obstacles.forget()
+
+    def step(self, sensing: Optional[Sensing], where: Optional[Whereabouts], health: Readiness, now: float) -> Decision:
+        """Return what to do now.
+
+        Args:
+            sensing: the newest that the robot sensed; None before the first.
+            where: where it is then; None when nobody knows.
+            health: what lets it move.
+            now: the time (s) on the clock of `sensing`.
+        """
+        sure = where is not None and where.sure and all(map(math.isfinite, where.pose))
+        self._sense(sensing, where.pose if where is not None and sure else None)
+        if health.stalled:
+            self._feel_stall(now)
+        task = self._task
+        if task is None:
+            return self._ended
+        hindrance = self._hindrance(sensing, health, now)
+        if hindrance:
+            return self._wait(task, hindrance, STOP, now)
+        if not sure:
+            return self._look_around(task, where, now)
+        assert where is not None
+        self._place = where.pose
+        if task.plan is None:
+            refusal = self._floor.refusal(where.pose[:2], task.goal[:2])
+            if refusal:
+                return self._end(State.FAILED, refusal)
+        return self._drive(task, where.pose, now)
+
+    def _sense(self, sensing: Optional[Sensing], pose: Optional[Pose]) -> None:
+        if sensing is None or sensing is self._last or not all(map(math.isfinite, (sensing.time, *sensing.odometry))):
+            return
+        last = self._last
+        if last is not None and sensing.time <= last.time:
+            self._obstacles.forget()
+            self._velocity = STOP
+        elif last is not None:
+            along, _ = into(last.odometry, np.array(sensing.odometry.x), np.array(sensing.odometry.y))
+            time = sensing.time - last.time
+            turned = wrapped(sensing.odometry.heading - last.odometry.heading)
+            self._velocity = Twist(float(along) / time, turned / time)
+        self._obstacles.hear(sensing, pose)
+        self._last = sensing
+
+    def _feel_stall(self, now: float) -> None:
+        """Remember what stalled the wheels: something that sonar does not hear, where the robot was going."""
+        if self._last is not None and now - self._stalled > 2.0:
+            points = [(x, y) for x, y in _rim(self._chassis.outline) if x * (self._velocity.linear or 1.0) > 0.0
+                      and abs(x) > 0.1]
+            x, y = (np.array(each) for each in zip(*points))
+            scale = 1.0 + 0.03 / np.hypot(x, y)
+            self._obstacles.add(*out_of(self._last.odometry, x * scale, y * scale), now)
+        self._stalled = now
+
+    def _hindrance(self, sensing: Optional[Sensing], health: Readiness, now: float) -> str:
+        """Return why the robot must not move, for people. Empty when it may."""
+        numbers = self._numbers.navigator
+        if sensing is None or sensing is not self._last:
+            return "the robot has sensed nothing that makes sense"
+        if not abs(now - sensing.time) <= numbers.stale:
+            return "what the robot sensed is %.1f s old" % (now - sensing.time)
+        if not health.motors:
+            return "motor power is off"
+        if not health.may_command:
+            return "somebody else has the helm"
+        if health.stalled or now - self._stalled < numbers.rest:
+            return "a wheel stalls"
+        if not health.sonar_on:
+            return "the sonar is off"
+        if not self._obstacles.live(now - numbers.silent):
+            return "the sonar is silent"
+        return ""
+
+    def _wait(self, task: _Task, reason: str, twist: Twist, now: float) -> Decision:
+        kind = reason.rstrip("0123456789. s old")
+        if task.waits_since is None or task.waits_for != kind:
+            task.waits_since, task.waits_for = now, kind
+        task.progress += max(0.0, now - max(task.waits_since, task.progress))
+        if now - task.waits_since > self._numbers.navigator.wait:
+            return self._end(State.FAILED, "gave up after %.0f s: %s" % (now - task.waits_since, reason))
+        return Decision(twist, State.WAITING, reason)
+
+    def _end(self, state: State, reason: str) -> Decision:
+        self._task = None
+        self._ended = Decision(STOP, state, reason)
+        return self._ended
+
+    def _look_around(self, task: _Task, where: Optional[Whereabouts], now: float) -> Decision:
+        """Wait until the robot knows where it is. It may turn on the spot where sonar hears nothing near."""
+        numbers = self._numbers.navigator
+        task.planned, task.at_goal = -math.inf, False
+        reason = "the robot does not know where it is"
+        if where is not None and where.reason:
+            reason += ": " + where.reason
+        twist = STOP
+        if task.waits_since is not None and now - task.waits_since > 1.0 and numbers.unsure_turn > 0.0:
+            places = self._obstacles.heard()
+            assert self._last is not None
+            x, y = into(self._last.odometry, places.x, places.y)
+            if np.hypot(x, y).min(initial=math.inf) > self._chassis.reach + numbers.unsure_room:
+                twist = Twist(0.0, min(numbers.unsure_turn, self._chassis.max_angular))
+        return self._wait(task, reason, twist, now)
+
+    def _drive(self, task: _Task, pose: Pose, now: float) -> Decision:
+        numbers = self._numbers
+        if now - task.planned >= numbers.navigator.replan or task.plan is None:
+            task.plan = self._floor.to(task.goal[:2], self._unmapped(pose))
+            task.planned = now
+        around, live = self._around(pose, now), self._obstacles.live(now - numbers.navigator.silent)
+        choice = self._choose(task, pose, around, live, now)
+        if choice is None:
+            return self._end(State.REACHED, "reached the goal")
+        to_go = float(task.plan.cost(np.array(pose.x), np.array(pose.y)))
+        if to_go < task.best - numbers.navigator.progress or task.at_goal and not choice.blocked:
+            task.best, task.progress = to_go, now
+        elif to_go > task.best + 2.0:
+            task.best = to_go           # a new plan leads round: measure its progress anew, on the same patience
+        if now - task.progress > numbers.navigator.patience:
+            return self._end(State.FAILED, "gave up: no way on for %.0f s, %.2f m from the goal" % (
+                now - task.progress, math.hypot(task.goal.x - pose.x, task.goal.y - pose.y)))
+        if task.blocked_at is not None and math.hypot(pose.x - task.blocked_at.x, pose.y - task.blocked_at.y) > 0.15:
+            task.blocked_since = task.blocked_at = None
+        if not choice.blocked:
+            task.waits_since = None
+            return Decision(choice.twist, State.DRIVING, choice.reason)
+        if task.blocked_since is None:
+            task.blocked_since, task.blocked_at = now, pose
+        return Decision(STOP, State.WAITING, choice.reason)
+
+    def _choose(self, task: _Task, pose: Pose, around: Around, live: List[int], now: float) -> Optional[SteeringChoice]:
+        """Return the next velocity, or None when the robot stands at the goal."""
+        numbers, goal, plan = self._numbers.steering, task.goal, task.plan
+        assert plan is not None
+        distance = math.hypot(goal.x - pose.x, goal.y - pose.y)
+        task.at_goal = distance < (2.5 * numbers.arrived + 0.03 if task.at_goal else numbers.arrived)
+        if task.at_goal:
+            off = abs(wrapped(goal.heading - pose.heading)) if task.with_heading else 0.0
+            if off < numbers.arrived_heading:
+                still = abs(self._velocity.linear) < 0.03 and abs(self._velocity.angular) < 0.05
+                return None if still else SteeringChoice(STOP, "stopping at the goal")
+            return self._steering.finish(pose, self._velocity, around, live, goal, turn_only=True)
+        if distance < numbers.final and self._floor.straight(pose[:2], goal[:2]):
+            choice = self._steering.finish(pose, self._velocity, around, live, goal, turn_only=False)
+            if not choice.blocked:
+                return choice
+        blocked = 0.0 if task.blocked_since is None else now - task.blocked_since
+        return self._steering.choose(pose, self._velocity, around, live, plan, blocked)
+
+    def _unmapped(self, pose: Pose) -> Array:
+        """Return the places (m, map frame) of what was heard and is on no map, as an array (number, 2)."""
+        places = self._obstacles.heard()
+        places = places.chosen(~places.mapped)
+        assert self._last is not None
+        return np.column_stack(out_of(pose, *into(self._last.odometry, places.x, places.y)))
+
+    def _around(self, pose: Pose, now: float) -> Around:
+        places = self._obstacles.heard()
+        assert self._last is not None
+        x, y = into(self._last.odometry, places.x, places.y)
+        walking = ~places.mapped & (now - places.time < self._numbers.obstacles.young)
+        wall_x, wall_y = cells_near(self._map, self._edges, pose, _NEAR)
+        return Around(np.append(x, wall_x), np.append(y, wall_y), x[walking], y[walking])
+
+
+def _rim(outline: Tuple[Point, ...]) -> List[Point]:
+    """Return points along an outline, about 4 cm apart."""
+    points = []
+    for (x1, y1), (x2, y2) in zip(outline, outline[1:] + outline[:1]):
+        count = max(1, math.ceil(math.hypot(x2 - x1, y2 - y1) / 0.04))
+        points += [(x1 + (x2 - x1) * k / count, y1 + (y2 - y1) * k / count) for k in range(count)]
+    return points

@@ -1,0 +1,124 @@
+"""Steering: it leads on, brakes in time, gives way to what may walk, and uses no move that nothing looks along."""
+
+import math
+
+import numpy as np
+import pytest
+from floor_for_tests import chassis_of, room
+
+from pioneer_control.floor_poses import Pose
+from pioneer_control.navigation.driving import STOP, Around, Steering
+from pioneer_control.navigation.planning import DrivableFloor
+from pioneer_control.navigation.tuned import PlanningNumbers, SteeringNumbers
+from pioneer_control.navigation.values import Twist
+
+NOBODY = np.zeros(0)
+ALL = range(16)
+FLOOR = DrivableFloor(room(), chassis_of().half_width, PlanningNumbers())
+STEERING = Steering(chassis_of(), SteeringNumbers())
+HERE = Pose(1.5, 2.0, 0.0)
+
+
+def around(standing=(), walking=()):
+    columns = [np.array([point[axis] for point in points], dtype=float)
+               for points in (standing, walking) for axis in (0, 1)]
+    return Around(*columns)
+
+
+def wall(x, low=-0.5, high=0.5):
+    return [(x, y) for y in np.arange(low, high, 0.05)]
+
+
+def choose(goal, pose=HERE, velocity=STOP, what=None, live=ALL, steering=STEERING, blocked=0.0):
+    return steering.choose(pose, velocity, what or around(), live, FLOOR.to(goal), blocked)
+
+
+def test_it_drives_at_full_speed_to_what_lies_ahead():
+    twist, reason, blocked = choose((4.5, 2.0), velocity=Twist(0.4, 0.0))
+    assert twist.linear == pytest.approx(0.4) and abs(twist.angular) < 0.15 and not blocked and reason == "driving"
+
+
+@pytest.mark.parametrize("heading, sign", [(2.0, -1.0), (-2.0, 1.0)])
+def test_it_turns_the_short_way_towards_the_goal(heading, sign):
+    assert choose((4.5, 2.0), Pose(1.5, 2.0, heading)).twist.angular * sign > 0.3
+
+
+def test_every_choice_leaves_room_to_brake():
+    numbers = SteeringNumbers()
+    for gap in np.arange(0.05, 1.0, 0.05):
+        face = around(wall(0.21 + gap, -2.0, 2.0))
+        speed = choose((4.5, 2.0), velocity=Twist(0.4, 0.0), what=face).twist.linear
+        if speed > 0.0:
+            ahead = gap - numbers.margin - 0.4 * numbers.delay
+            assert speed * numbers.reaction + speed ** 2 / (2.0 * numbers.braking) <= ahead + 0.05
+
+
+def test_it_goes_slower_towards_what_may_walk_than_towards_what_stands():
+    face = wall(0.85, -2.0, 2.0)
+    standing = choose((4.5, 2.0), what=around(face)).twist.linear
+    walking = choose((4.5, 2.0), what=around(face, face)).twist.linear
+    assert 0.0 <= walking < standing
+
+
+def test_it_stands_when_every_way_is_blocked():
+    ring = [(0.37 * math.cos(a), 0.37 * math.sin(a)) for a in np.arange(0.0, 6.3, 0.05)]
+    assert choose((4.5, 2.0), what=around(ring)) == (STOP, "the way is blocked", True)
+
+
+def test_pushed_against_a_wall_it_drives_away_from_it():
+    back_to_the_wall = around(wall(-0.305))
+    assert choose((4.5, 2.0), what=back_to_the_wall).twist.linear > 0.1
+    nose_to_the_wall = around(wall(0.22))
+    choice = choose((0.6, 2.0), Pose(1.5, 2.0, 0.3), what=nose_to_the_wall, blocked=3.0)
+    assert choice.twist.linear < 0.0
+
+
+def test_at_last_it_keeps_next_to_no_distance_and_is_slow():
+    alley = around([(x, side * 0.235) for side in (-1, 1) for x in np.arange(-1.0, 1.0, 0.02)])
+    fast, slow = choose((4.5, 2.0), what=alley), choose((4.5, 2.0), what=alley, blocked=30.0)
+    assert 0.0 < slow.twist.linear <= 0.1
+    assert fast.blocked
+
+
+def test_without_live_transducers_it_only_turns():
+    assert choose((4.5, 2.0), live=[]).twist.linear == 0.0
+    assert choose((4.5, 2.0), live=range(8, 16)).twist.linear <= 0.0
+
+
+def test_without_sonar_behind_it_never_drives_back():
+    steering = Steering(chassis_of(rear=False), SteeringNumbers())
+    nose_to_the_wall = around(wall(0.22))
+    for blocked in (0.0, 3.0, 30.0):
+        assert choose((0.6, 2.0), steering=steering, what=nose_to_the_wall, live=range(8),
+                      blocked=blocked).twist.linear >= 0.0
+
+
+def finish(goal, pose=HERE, what=None, turn_only=False, live=ALL):
+    return STEERING.finish(pose, STOP, what or around(), live, goal, turn_only)
+
+
+def test_it_slows_down_towards_the_goal():
+    far, near = (finish(Pose(1.5 + d, 2.0, 0.0)).twist.linear for d in (0.55, 0.1))
+    assert 0.0 < near < 0.15 < far <= 0.4
+
+
+def test_a_goal_just_behind_is_reached_backward_and_one_aside_after_a_turn():
+    assert finish(Pose(1.35, 2.0, 0.0)).twist.linear < 0.0
+    twist = finish(Pose(1.5, 2.4, 0.0)).twist
+    assert twist.linear == 0.0 and twist.angular > 0.3
+
+
+@pytest.mark.parametrize("heading", [1.0, -1.0, 0.1])
+def test_at_the_goal_it_turns_to_its_heading(heading):
+    twist = finish(Pose(1.5, 2.0, heading), turn_only=True).twist
+    assert twist.linear == 0.0 and twist.angular * heading > 0.0
+
+
+def test_at_the_goal_it_does_not_turn_into_what_is_near():
+    beside = around([(-0.1, -0.25), (-0.2, -0.25)])
+    choice = finish(Pose(1.5, 2.0, 1.5), what=beside, turn_only=True)
+    assert choice.twist.angular <= 0.0
+
+
+def test_it_does_not_drive_to_a_goal_through_what_stands_before_it():
+    assert finish(Pose(2.0, 2.0, 0.0), what=around(wall(0.26))).blocked

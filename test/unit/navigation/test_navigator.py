@@ -1,0 +1,277 @@
+"""The navigator: it reaches goals, refuses bad ones, stands for each reason and says it, and gives up with a reason."""
+
+import math
+
+import numpy as np
+import pytest
+from floor_for_tests import chassis_of, room, sensing_at
+
+from pioneer_control.floor_poses import Pose, wrapped
+from pioneer_control.maps.grid_map import OCCUPIED, GridMap
+from pioneer_control.navigation.driving import STOP
+from pioneer_control.navigation.navigator import NavigationNumbers, Navigator, Readiness, State
+from pioneer_control.navigation.tuned import NavigatorNumbers
+from pioneer_control.navigation.values import Firing, Sensing
+
+WELL = Readiness()
+SOON = NavigationNumbers(navigator=NavigatorNumbers(wait=6.0, patience=9.0))
+START = Pose(1.0, 1.0, 0.0)
+
+
+class Spot:
+    """A place for the navigator."""
+
+    def __init__(self, pose, sure=True, reason=""):
+        self.pose, self.sure, self.reason = pose, sure, reason
+
+
+class Run:
+    """A robot without inertia that a navigator drives in a room."""
+
+    def __init__(self, grid_map=None, subtype="p3dx-sh", start=START, posts=()):
+        self.chassis, self.walls, self.posts = chassis_of(subtype), grid_map or room(), posts
+        self.navigator = Navigator(self.walls, self.chassis, SOON)
+        self.pose, self.time, self.decision = start, 100.0, None
+
+    def sensing(self):
+        return sensing_at(self.chassis, self.pose, self.time, self.posts, self.walls)
+
+    def step(self, ready=WELL, where=None, sensing=None):
+        self.decision = self.navigator.step(
+            sensing or self.sensing(), where or Spot(self.pose), ready, self.time)
+        x, y, heading = self.pose
+        linear, angular = self.decision.twist
+        middle = heading + 0.05 * angular
+        self.pose = Pose(x + 0.1 * linear * math.cos(middle), y + 0.1 * linear * math.sin(middle),
+                         wrapped(heading + 0.1 * angular))
+        self.time += 0.1
+        return self.decision
+
+    def until(self, *states, seconds=120.0, **how):
+        end = self.time + seconds
+        while self.time < end and self.step(**how).state not in states:
+            pass
+        return self.decision
+
+    def driving(self, goal=(4.5, 2.5, None)):
+        """Begin to drive, and return the run when it moves."""
+        self.step()
+        assert self.navigator.go_to(*goal, self.time) == ""
+        for _ in range(8):
+            self.step()
+        assert self.decision.state is State.DRIVING and self.decision.twist != STOP
+        return self
+
+
+@pytest.mark.parametrize("subtype", ["p3dx-sh", "p3at-sh", "amigo-sh"])
+def test_it_reaches_a_goal_and_its_heading(subtype, heading=2.0):
+    run = Run(subtype=subtype).driving((4.5, 2.5, heading))
+    decision = run.until(State.REACHED, State.FAILED, seconds=60.0)
+    assert decision == (STOP, State.REACHED, "reached the goal")
+    assert math.hypot(run.pose.x - 4.5, run.pose.y - 2.5) < 0.05
+    assert abs(wrapped(run.pose.heading - heading)) < 0.06
+
+
+def test_it_drives_round_what_is_on_no_map():
+    post = (2.75, 1.75)
+    run, nearest = Run(posts=[post]).driving(), math.inf
+    while run.step().state not in (State.REACHED, State.FAILED) and run.time < 200.0:
+        nearest = min(nearest, math.hypot(run.pose.x - post[0], run.pose.y - post[1]))
+    assert run.decision.state is State.REACHED and 0.22 < nearest
+
+
+def test_without_a_goal_it_stands():
+    assert Run().step() == (STOP, State.IDLE, "no goal")
+
+
+def test_after_cancel_it_stands():
+    run = Run().driving()
+    run.navigator.cancel(run.time)
+    assert run.step() == (STOP, State.IDLE, "no goal") and run.navigator.plan == []
+
+
+def test_a_new_goal_takes_the_place_of_the_old_one():
+    run = Run().driving((4.5, 2.5, None))
+    assert run.navigator.go_to(1.0, 3.0, None, run.time) == ""
+    run.until(State.REACHED, State.FAILED)
+    assert math.hypot(run.pose.x - 1.0, run.pose.y - 3.0) < 0.05
+
+
+@pytest.mark.parametrize("goal, reason", [
+    ((math.nan, 1.0, None), "not finite"), ((2.0, math.inf, None), "not finite"),
+    ((2.0, 2.0, math.nan), "the heading nan of the goal is not finite"),
+    ((9.0, 2.0, None), "outside of the map"), ((0.02, 2.0, None), "in a wall"), ((0.2, 2.0, None), "the robot needs")])
+def test_a_goal_is_refused_with_a_reason_and_the_robot_stops(goal, reason):
+    run = Run().driving()
+    refusal = run.navigator.go_to(*goal, run.time)
+    assert reason in refusal
+    assert run.step() == (STOP, State.FAILED, refusal)
+
+
+def test_a_goal_behind_a_wall_is_refused_also_when_it_was_given_before_the_robot_knew_where_it_is():
+    cells = room().cells.copy()
+    cells[:, 60] = OCCUPIED
+    run = Run(GridMap(cells, 0.05, (0.0, 0.0)))
+    assert run.navigator.go_to(4.5, 2.0, None, run.time) == ""
+    assert run.step().state is State.FAILED and "cannot be reached" in run.decision.reason
+    assert "cannot be reached" in run.navigator.go_to(4.5, 2.0, None, run.time)
+
+
+@pytest.mark.parametrize("ready, reason", [
+    (Readiness(sonar_on=False), "the sonar is off"),
+    (Readiness(stalled=True), "a wheel stalls"),
+    (Readiness(may_command=False), "somebody else has the helm"),
+    (Readiness(motors=False), "motor power is off"),
+])
+def test_it_stands_at_once_says_why_goes_on_when_it_may_and_gives_up_at_last(ready, reason):
+    run = Run().driving()
+    assert run.step(ready=ready) == (STOP, State.WAITING, reason)
+    run.until(State.DRIVING, seconds=3.0)
+    assert run.decision.state is State.DRIVING
+    pose = run.pose
+    decision = run.until(State.FAILED, seconds=10.0, ready=ready)
+    assert decision.state is State.FAILED and reason in decision.reason and "gave up after 6 s" in decision.reason
+    assert math.hypot(run.pose.x - pose.x, run.pose.y - pose.y) < 0.05
+
+
+def test_waiting_for_long_is_no_reason_to_give_up_after_it():
+    run = Run().driving()
+    for _ in range(55):
+        run.step(ready=Readiness(may_command=False))
+    assert run.until(State.REACHED, State.FAILED).state is State.REACHED
+
+
+def test_it_stands_when_what_it_senses_is_old_or_stops():
+    run = Run().driving()
+    old = run.sensing()
+    run.time += 0.7
+    decision = run.step(sensing=old)
+    assert decision.twist == STOP and decision.reason == "what the robot sensed is 0.7 s old"
+    run.time += 150.0
+    assert run.step(sensing=old).twist == STOP
+
+
+def test_it_stands_when_the_clock_jumps_back():
+    run = Run().driving()
+    ahead = run.sensing()
+    run.time -= 50.0
+    assert run.step(sensing=ahead).twist == STOP
+    run.until(State.DRIVING, seconds=3.0)
+    assert run.decision.state is State.DRIVING
+
+
+def test_it_stands_when_the_sonar_is_silent():
+    run = Run().driving()
+    for _ in range(15):
+        run.step(sensing=Sensing(run.time, run.pose, ()))
+    assert run.decision == (STOP, State.WAITING, "the sonar is silent")
+
+
+def test_it_does_not_drive_ahead_when_only_the_sonar_behind_fires():
+    run = Run().driving()
+    for _ in range(40):
+        whole = run.sensing()
+        run.step(sensing=whole._replace(firings=tuple(each for each in whole.firings if each.number >= 8)))
+        if run.time > 103.0:
+            assert run.decision.twist.linear <= 0.0
+
+
+@pytest.mark.parametrize("sensing", [
+    None, Sensing(math.nan, START, ()), Sensing(101.0, Pose(math.nan, 0.0, 0.0), ()),
+    Sensing(101.0, Pose(0.0, 0.0, math.inf), ())])
+def test_nothing_moves_on_what_makes_no_sense(sensing):
+    run = Run().driving()
+    decision = run.navigator.step(sensing, Spot(run.pose), WELL, run.time)
+    assert decision.twist == STOP and decision.state is State.WAITING
+    assert decision.reason == "the robot has sensed nothing that makes sense"
+
+
+@pytest.mark.parametrize("firing", [Firing(3, math.nan, 100.0), Firing(-4, 1.0, 100.0), Firing(3, 1.0, math.nan)])
+def test_a_firing_that_makes_no_sense_does_not_end_it(firing):
+    run = Run().driving()
+    whole = run.sensing()
+    run.step(sensing=whole._replace(firings=whole.firings + (firing,)))
+    assert run.until(State.REACHED, State.FAILED).state is State.REACHED
+
+
+def lost(reason="nothing fits"):
+    return Spot(Pose(3.0, 3.0, 0.0), False, reason)
+
+
+@pytest.mark.parametrize("where", [lost(), Spot(Pose(math.nan, 0.0, 0.0))])
+def test_it_stops_when_it_does_not_know_where_it_is(where):
+    run = Run().driving()
+    decision = run.step(where=where)
+    assert decision.twist == STOP and decision.state is State.WAITING
+    assert decision.reason.startswith("the robot does not know where it is")
+
+
+def test_it_looks_around_where_there_is_room_and_never_drives_while_unsure():
+    run = Run(start=Pose(3.0, 2.0, 0.0)).driving((1.0, 1.0, None))
+    turned, pose = 0.0, run.pose
+    for _ in range(55):
+        run.step(where=lost())
+        assert run.decision.twist.linear == 0.0
+        turned += abs(run.decision.twist.angular) * 0.1
+    assert turned > 1.0 and "nothing fits" in run.decision.reason
+    assert math.hypot(run.pose.x - pose.x, run.pose.y - pose.y) < 0.01
+    assert run.until(State.REACHED, State.FAILED).state is State.REACHED
+
+
+def test_it_does_not_even_turn_while_unsure_beside_something():
+    run = Run(start=Pose(3.0, 2.0, 0.0)).driving((1.0, 1.0, None))
+    run.posts = [(run.pose.x, run.pose.y + 0.4), (run.pose.x + 0.45, run.pose.y)]
+    for _ in range(50):
+        assert run.step(where=lost()).twist == STOP
+
+
+def test_it_gives_up_when_it_never_knows_where_it_is():
+    run = Run().driving()
+    decision = run.until(State.FAILED, seconds=10.0, where=lost())
+    assert "gave up after 6 s: the robot does not know where it is" in decision.reason
+
+
+def test_it_gives_up_when_the_only_way_stays_blocked():
+    cells = room().cells.copy()
+    cells[:, 60] = OCCUPIED
+    cells[30:48, 60] = 0
+    run = Run(GridMap(cells, 0.05, (0.0, 0.0)), posts=[(3.0, 1.5 + 0.1 * k) for k in range(1, 9)]).driving()
+    decision = run.until(State.REACHED, State.FAILED, seconds=60.0)
+    assert decision.state is State.FAILED and "gave up: no way on for 9 s" in decision.reason
+    assert run.pose.x < 2.85
+
+
+def test_after_a_stall_it_goes_round_what_sonar_does_not_hear():
+    run = Run().driving()
+    where = run.pose
+    for _ in range(5):
+        run.step(ready=Readiness(stalled=True))
+    assert run.until(State.REACHED, State.FAILED).state is State.REACHED
+    assert math.hypot(run.pose.x - where.x, run.pose.y - where.y) > 1.0
+
+
+def test_the_plan_leads_from_the_robot_to_the_goal():
+    run = Run().driving((4.5, 2.5, None))
+    plan = run.navigator.plan
+    assert math.hypot(plan[0][0] - run.pose.x, plan[0][1] - run.pose.y) < 0.1 and plan[-1] == (4.5, 2.5)
+    assert run.navigator.way((1.0, 1.0), (4.0, 1.0))[0][-1] == (4.0, 1.0)
+    assert run.navigator.way((1.0, 1.0), (40.0, 1.0))[1] != ""
+    assert run.navigator.shortest((1.0, 1.0), (4.0, 1.0)) == pytest.approx(3.0, abs=0.15)
+
+
+def test_the_accelerations_that_it_needs():
+    assert Run().navigator.acceleration_wanted.braking >= 0.8
+
+
+def test_the_same_run_twice_is_the_same():
+    def path():
+        run = Run(posts=[(2.75, 1.75)]).driving()
+        return [run.step() and run.pose for _ in range(80)]
+    assert path() == path()
+
+
+def test_forgotten_obstacles_are_gone():
+    run = Run(posts=[(2.0, 1.3)]).driving()
+    run.posts = ()
+    run.navigator.forget_obstacles()
+    assert np.isfinite(run.step().twist).all()

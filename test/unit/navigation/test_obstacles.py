@@ -1,0 +1,123 @@
+"""The memory of echoes: what the map explains, what it does not, and what is forgotten when."""
+
+import math
+
+import numpy as np
+import pytest
+from floor_for_tests import chassis_of, room
+
+from pioneer_control.floor_poses import Pose
+from pioneer_control.navigation.obstacles import Obstacles, cells_near, edge_cells
+from pioneer_control.navigation.planning import DrivableFloor
+from pioneer_control.navigation.tuned import ObstacleNumbers, PlanningNumbers
+from pioneer_control.navigation.values import Firing, Sensing
+
+HERE = Pose(2.0, 2.0, 0.0)
+AHEAD = 3       # a transducer of a p3dx, at (0.166, 0.027), that looks 10 degrees to the left
+
+
+def memory(grid_map=None, **numbers):
+    grid_map, chassis = grid_map or room(), chassis_of()
+    clearance = DrivableFloor(grid_map, chassis.half_width, PlanningNumbers()).clearance
+    return Obstacles(chassis, grid_map, clearance, ObstacleNumbers(**numbers))
+
+
+def hear(obstacles, distance, time, number=AHEAD, odometry=HERE, where=HERE):
+    obstacles.hear(Sensing(time, odometry, (Firing(number, distance, time),)), where)
+    return obstacles.heard()
+
+
+def test_an_echo_that_no_wall_explains_lies_on_an_arc_across_the_cone():
+    places = hear(memory(), 1.0, 1.0)
+    assert len(places.x) == 5 and not places.mapped.any()
+    eye = 2.0 + 0.166, 2.0 + 0.027
+    assert np.hypot(places.x - eye[0], places.y - eye[1]) == pytest.approx(np.ones(5))
+    bearings = np.degrees(np.arctan2(places.y - eye[1], places.x - eye[0]))
+    assert bearings.min() == pytest.approx(10 - 11.25) and bearings.max() == pytest.approx(10 + 11.25)
+
+
+def test_an_echo_of_a_wall_is_explained():
+    places = hear(memory(), 2.0, 1.0, number=0)     # to the left, where the wall is at y = 3.975
+    assert len(places.x) and places.mapped.all()
+
+
+def test_an_echo_is_explained_at_its_pose_on_the_map_and_kept_in_the_frame_of_odometry():
+    places = hear(memory(), 2.0, 1.0, number=0, odometry=Pose(-7.0, 1.0, math.pi / 2))
+    assert places.mapped.all()
+    assert places.x == pytest.approx(np.full(len(places.x), -7.0 - 0.136 - 2.0), abs=0.06)
+    assert not hear(memory(), 1.0, 1.0, odometry=Pose(-7.0, 1.0, 0.0)).mapped.any()
+
+
+def test_when_unsure_the_map_explains_nothing():
+    assert not hear(memory(), 2.0, 1.0, number=0, where=None).mapped.any()
+
+
+@pytest.mark.parametrize("distance", [math.inf, math.nan, -1.0, 0.0, 3.0])
+def test_no_echo_and_far_echoes_leave_nothing(distance):
+    assert len(hear(memory(), distance, 1.0).x) == 0
+
+
+def test_a_transducer_that_is_not_fitted_is_ignored():
+    obstacles = memory()
+    assert len(hear(obstacles, 1.0, 1.0, number=77).x) == 0 and obstacles.live(0.0) == []
+
+
+def test_an_obstacle_is_forgotten_after_its_time():
+    obstacles = memory(kept=5.0)
+    hear(obstacles, 1.0, 1.0)
+    assert len(hear(obstacles, math.inf, 5.9).x) == 5
+    assert len(hear(obstacles, math.inf, 6.1).x) == 0
+
+
+def test_echoes_from_farther_away_clear_what_they_passed_and_silence_does_not():
+    obstacles = memory(passes=3)
+    hear(obstacles, 1.0, 1.0)
+    for number in range(20):
+        hear(obstacles, math.inf, 1.1 + 0.1 * number)
+    for time in (4.0, 4.1):
+        hear(obstacles, 2.4, time)
+    middle = obstacles.heard().chosen(np.hypot(obstacles.heard().x - 2.0, obstacles.heard().y - 2.0) < 1.4)
+    assert len(middle.x) == 5
+    hear(obstacles, 2.4, 4.2)
+    near = obstacles.heard().chosen(np.hypot(obstacles.heard().x - 2.0, obstacles.heard().y - 2.0) < 1.4)
+    assert len(near.x) == 2, "only what is beside the middle of the cone is left"
+
+
+def test_an_echo_in_the_same_place_makes_it_young_again_and_adds_none():
+    obstacles = memory()
+    hear(obstacles, 1.0, 1.0)
+    places = hear(obstacles, 1.0, 2.0)
+    assert len(places.x) == 5 and (places.time == 2.0).all()
+
+
+def test_a_firing_is_placed_where_the_robot_was_then():
+    obstacles = memory()
+    hear(obstacles, math.inf, 1.0)
+    obstacles.hear(Sensing(1.1, Pose(2.1, 2.0, 0.0), (Firing(AHEAD, 1.0, 1.05),)), Pose(2.1, 2.0, 0.0))
+    eye = 2.05 + 0.166, 2.027
+    assert np.hypot(obstacles.heard().x - eye[0], obstacles.heard().y - eye[1]) == pytest.approx(np.ones(5))
+
+
+def test_live_are_those_that_fired_lately():
+    obstacles = memory()
+    hear(obstacles, 1.0, 1.0, number=2)
+    hear(obstacles, math.inf, 3.0, number=5)
+    assert sorted(obstacles.live(0.5)) == [2, 5] and obstacles.live(2.0) == [5] and obstacles.live(4.0) == []
+
+
+def test_what_is_added_and_what_is_forgotten():
+    obstacles = memory()
+    obstacles.add(np.array([1.0]), np.array([2.0]), 3.0)
+    assert obstacles.heard().x.tolist() == [1.0] and not obstacles.heard().mapped[0]
+    obstacles.forget()
+    assert len(obstacles.heard().x) == 0
+
+
+def test_the_faces_of_walls_near_a_pose():
+    grid_map = room()
+    clearance = DrivableFloor(grid_map, 0.2, PlanningNumbers()).clearance
+    edges = edge_cells(grid_map, clearance)
+    assert edges.sum() == 2 * 118 + 2 * 78
+    x, y = cells_near(grid_map, edges, Pose(1.0, 2.0, math.pi), 1.5)
+    assert len(x) and x == pytest.approx(np.full(len(x), 1.0 - 0.025)), "one wall, ahead of the turned robot"
+    assert len(cells_near(grid_map, edges, Pose(-90.0, 2.0, 0.0), 1.5)[0]) == 0
