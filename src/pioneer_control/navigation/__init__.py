@@ -13,6 +13,7 @@ Where it is:
 ``certainty``        whether the pose may be trusted
 ``measurement``      how well a pose explains readings; ``expected_ranges``: what a map lets expect
 ``recent_readings``  readings with the place of their sensor
+``wheel_calibration``  how the wheels err, learnt while it drives
 
 How it gets to a goal:
 

@@ -1,9 +1,10 @@
 """Whether the robot may trust the pose that it has: a judgement on the cloud and on the readings."""
 
-from typing import Any
+from typing import Any, Dict
 
 import numpy as np
 
+from .measurement import Beams
 from .pose_cloud import Spread
 from .tuned import LocalisationNumbers
 
@@ -11,6 +12,10 @@ Array = Any     # of numpy
 
 UNKNOWN = "I do not know where I am: "
 """The beginning of each reason."""
+COUNTING_WAY = 0.01
+"""After such a way (m) since the last readings, new ones count fully; after a shorter one, less."""
+OTHER, NEVER = 10, -1000
+"""A range whose number differs by more from the sensor's last one is new, also while the robot stands."""
 
 
 class Certainty:
@@ -30,6 +35,7 @@ class Certainty:
     def __init__(self, tuned: LocalisationNumbers):
         self._tuned = tuned
         self._usual = tuned.usual_explained
+        self._heard: Dict[int, int] = {}
         self.lose("I was not told, and have not heard enough yet; drive me a little")
 
     @property
@@ -61,15 +67,28 @@ class Certainty:
         """Take how much better the pose explains each reading than all poses elsewhere (log-likelihood)."""
         self._unique = better > self._tuned.rival_margin
 
-    def hear(self, explained: Array, way: float) -> None:
-        """Take what readings say about the pose (see `RangeModel.explained`), and the way since the last ones (m)."""
-        said = explained[~np.isnan(explained)]
-        for each in said.tolist():
-            self.explained += (each - self.explained) / self._tuned.explained_readings
+    def hear(self, beams: Beams, explained: Array, way: float) -> None:
+        """Take what readings say about the pose.
+
+        While the robot stands, the same readings come again and again, and count once: only new ones count.
+
+        Args:
+            beams: the readings.
+            explained: for each reading, see `RangeModel.explained`.
+            way: way (m) since the last readings; 0: the robot stands.
+        """
+        before = np.array([self._heard.get(sensor, NEVER) for sensor in beams.sensor.tolist()])
+        self._heard.update(zip(beams.sensor.tolist(), beams.measured.tolist()))
+        weight = min(1.0, way / COUNTING_WAY)
+        weights = np.maximum(weight, (np.abs(beams.measured - before) > OTHER) * (before != NEVER))
+        says = ~np.isnan(explained)
+        for said, share in zip(explained[says].tolist(), weights[says].tolist()):
+            share /= self._tuned.explained_readings
+            self.explained += (said - self.explained) * share
             if self.sure:
-                self._usual += (each - self._usual) / (20.0 * self._tuned.explained_readings)
+                self._usual += (said - self._usual) * share / 20.0
         self._usual = min(max(self._usual, 0.5), 0.95)
-        self._blind_way = 0.0 if said.any() else self._blind_way + way
+        self._blind_way = 0.0 if (explained[says] > 0.0).any() else self._blind_way + way
         self._trusted_way += way if self.explained >= self._tuned.sure_explained * self._usual else 0.0
 
     def judge(self, spread: Spread) -> None:

@@ -21,6 +21,7 @@ from .pose_search import Found, PoseSearch, same_place
 from .recent_readings import FiringPoses, RecentReadings, scan_beams
 from .tuned import LASER_NUMBERS, SONAR_NUMBERS, LocalisationNumbers
 from .values import Scan, Sensing
+from .wheel_calibration import WheelCalibration
 
 Array = Any     # of numpy
 
@@ -88,7 +89,8 @@ class Localisation:
         self._firing_poses = FiringPoses(transducers)
         self._recent = RecentReadings(tuned.remembered)
         self._certainty = Certainty(tuned)
-        self._odometry: Optional[Pose] = None
+        self._wheels = WheelCalibration()
+        self._odometry: Optional[Pose] = None       # as the wheels measured it
         self._next_search = 0.0
         self._search_odometry = Pose(0.0, 0.0, 0.0)
         self.where: Optional[Where] = None
@@ -120,7 +122,7 @@ class Localisation:
         """Take what the robot senses in one packet. Return where it is at the time of the packet."""
         self._move(sensing.odometry)
         return self._take(self._sonar, self._firing_poses.beams(sensing, self._sonar.model.expected.number_of),
-                          sensing.time, sensing.odometry)
+                          sensing.time)
 
     def update_scan(self, scan: Scan) -> Where:
         """Take a scan of the laser. Return where the robot is at its time.
@@ -131,7 +133,7 @@ class Localisation:
         if self._laser is None:
             raise UsageError("a scan, but localisation was made for a robot without a laser: give laser=True")
         self._move(scan.odometry)
-        return self._take(self._laser, scan_beams(scan, self._laser.model.expected.number_of), scan.time, scan.odometry)
+        return self._take(self._laser, scan_beams(scan, self._laser.model.expected.number_of), scan.time)
 
     def _move(self, odometry: Pose) -> None:
         """Move the cloud to new odometry."""
@@ -141,13 +143,14 @@ class Localisation:
             self._recent.forget()
             self._search.give_up()
             return
+        step = self._wheels.corrected(step)
         self._cloud.move(step)
         way = float(np.hypot(step.x, step.y)) + self._tuned.turn_as_way * abs(step.heading)
         for sense in (self._sonar, self._laser):
             if sense is not None:
                 sense.way += way
 
-    def _take(self, sense: Sense, beams: Beams, time: float, odometry: Pose) -> Where:
+    def _take(self, sense: Sense, beams: Beams, time: float) -> Where:
         """Weigh the cloud by readings, the less the shorter the way since the last ones: standing tells nothing new."""
         tuned, way = self._tuned, sense.way
         moved = way >= SHORTEST_WAY and len(beams.x) > 0
@@ -159,18 +162,24 @@ class Localisation:
             sense.way = 0.0
         if sense is self._main:
             if moved:
-                self._recent.add(odometry, beams)
-            self._look_everywhere(time, odometry)
+                self._recent.add(self._wheels.odometry, beams)
+            self._look_everywhere(time)
         spread = self._cloud.spread()
         if sense is self._main and len(beams.x):
-            self._certainty.hear(sense.model.explained(np.array(spread.pose), beams), way if moved else 0.0)
+            self._certainty.hear(beams, sense.model.explained(np.array(spread.pose), beams), way if moved else 0.0)
+        was_sure = self._certainty.sure
         self._certainty.judge(spread)
+        if was_sure and self._certainty.doubts:     # what was heard before may belong to another place
+            self._recent.keep(tuned.kept_in_doubt)
+            self._search.give_up()
+            self._next_search = time
+        self._wheels.learn(spread.pose if self._certainty.sure else None)
         self.where = Where(time, spread.pose, self._certainty.sure, spread.covariance, self._certainty.reason)
         return self.where
 
-    def _look_everywhere(self, time: float, odometry: Pose) -> None:
+    def _look_everywhere(self, time: float) -> None:
         """Search for better poses, a step at each packet."""
-        tuned = self._tuned
+        tuned, odometry = self._tuned, self._wheels.odometry
         if self._search.runs:
             found = self._search.step()
             if found is not None:
@@ -191,6 +200,10 @@ class Localisation:
             here = self._search.improved(self._cloud.poses[::10], beams)
             elsewhere = [not same_place(pose, here.poses[0]) for pose in others.poses]
             better = others.scores[elsewhere].max(initial=-np.inf) - here.scores[0]
+            if self._certainty.sure and better > -np.inf:      # what was heard just now must say so, too
+                newest = beams.some(slice(-len(beams.x) // 4, None))
+                better = min(better, self._search.scored(others.poses[elsewhere], newest).scores[0]
+                             - self._search.improved(here.poses, newest).scores[0])
             self._certainty.compare(-better)
             if better < self._tuned.margin:
                 return

@@ -30,16 +30,18 @@ class Beams(NamedTuple):
         y: y of the sensor, relative in the same way (m).
         heading: direction in which the sensor looked, relative to the robot's present heading (rad).
         measured: number of the range, see `ExpectedRanges.number_of`.
+        sensor: number of the transducer, or of the ray of a scan.
     """
 
     x: Array
     y: Array
     heading: Array
     measured: Array
+    sensor: Array
 
     def some(self, which: Array) -> "Beams":
         """Return the readings with these indices."""
-        return Beams(self.x[which], self.y[which], self.heading[which], self.measured[which])
+        return Beams(*(each[which] for each in self))
 
 
 class RangeModel:

@@ -23,7 +23,7 @@ class RecentReadings:
     """
 
     def __init__(self, most: int):
-        self._rows = np.empty((2 * most, 4))    # x, y, heading of the sensor (odometry frame), range number
+        self._rows = np.empty((2 * most, 5))    # x, y, heading of the sensor (odometry frame), range number, sensor
         self._most, self._end = most, 0
 
     def __len__(self) -> int:
@@ -32,6 +32,11 @@ class RecentReadings:
     def forget(self) -> None:
         """Forget all readings."""
         self._end = 0
+
+    def keep(self, newest: int) -> None:
+        """Forget all but some of the newest readings."""
+        kept = self._rows[max(0, self._end - newest):self._end].copy()
+        self._rows[:len(kept)], self._end = kept, len(kept)
 
     def add(self, odometry: Pose, beams: Beams) -> None:
         """Keep readings that were placed relative to the robot at `odometry`."""
@@ -42,7 +47,7 @@ class RecentReadings:
             self._end = self._most
         self._rows[self._end:self._end + count] = np.stack((
             odometry.x + cosine * beams.x - sine * beams.y, odometry.y + sine * beams.x + cosine * beams.y,
-            odometry.heading + beams.heading, beams.measured), axis=1)
+            odometry.heading + beams.heading, beams.measured, beams.sensor), axis=1)
         self._end += count
 
     def seen_from(self, odometry: Pose) -> Beams:
@@ -51,7 +56,7 @@ class RecentReadings:
         cosine, sine = np.cos(odometry.heading), np.sin(odometry.heading)
         x, y = rows[:, 0] - odometry.x, rows[:, 1] - odometry.y
         return Beams(x * cosine + y * sine, y * cosine - x * sine, rows[:, 2] - odometry.heading,
-                     rows[:, 3].astype(np.int32))
+                     rows[:, 3].astype(np.int32), rows[:, 4].astype(np.int32))
 
 
 class FiringPoses:
@@ -77,7 +82,8 @@ class FiringPoses:
         placed = [compose(relative(sensing.odometry, self._at(each.time)), self._mounts[each.number])
                   for each in firings]
         x, y, heading = np.array(placed, dtype=float).reshape(-1, 3).T
-        return Beams(x, y, heading, number_of([each.range for each in firings]))
+        return Beams(x, y, heading, number_of([each.range for each in firings]),
+                     np.array([each.number for each in firings], dtype=int))
 
     def _at(self, time: float) -> Pose:
         """Return the odometry at a time (s), as far back as it is kept."""
@@ -100,4 +106,4 @@ def scan_beams(scan: Scan, number_of: Any) -> Beams:
     ranges = np.asarray(scan.ranges, dtype=float)[used]
     angles = scan.mount.heading + scan.first_angle + used * scan.angle_step
     return Beams(np.full(len(used), scan.mount.x), np.full(len(used), scan.mount.y), angles,
-                 number_of(np.where(np.isfinite(ranges), ranges, np.inf)))
+                 number_of(np.where(np.isfinite(ranges), ranges, np.inf)), used)

@@ -56,6 +56,8 @@ class LocalisationNumbers:
 
     remembered: int = parameter(500, Whole(50, 5000), "readings that a search compares poses with")
     least_readings: int = parameter(60, Whole(1, 5000), "readings in motion that a search needs, half of them echoes")
+    kept_in_doubt: int = parameter(
+        60, Whole(0, 5000), "readings that are kept when the pose stops to be sure: older ones may be of another place")
     poses_per_square_metre: float = parameter(
         150.0, Number(1.0, 10000.0), "random poses that a search begins with, for each square metre of free floor")
     least_poses: int = parameter(4000, Whole(100, 1000000), "it begins with at least so many")

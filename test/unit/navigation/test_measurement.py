@@ -15,7 +15,7 @@ NONE = MODEL.expected.none
 def ahead(*measured):
     """Return readings of a transducer in the middle of the robot that looks ahead."""
     zeros = np.zeros(len(measured))
-    return Beams(zeros, zeros, zeros, np.array(measured))
+    return Beams(zeros, zeros, zeros, np.array(measured), np.arange(len(measured)))
 
 
 MIDDLE = np.array([[2.0, 2.0, 0.0]])    # 1.975 m before a wall: number 99
@@ -42,7 +42,7 @@ def test_no_echo_is_likeliest_where_nothing_is_in_reach():
 
 
 def test_the_pose_of_the_robot_moves_and_turns_its_sensors():
-    beams = Beams(np.array([0.5]), np.array([0.0]), np.array([np.pi / 2]), np.array([74]))      # 1.475 m to the left
+    beams = Beams(*map(np.array, ([0.5], [0.0], [np.pi / 2], [74], [0])))      # 1.475 m to the left
     poses = np.array([[2.0, 2.5, 0.0], [1.5, 2.0, -np.pi / 2], [2.0, 2.0, 0.0]])
     right, turned, wrong = MODEL.log_likelihoods(poses, beams)[:, 0]
     assert right > wrong + 3.0

@@ -1,0 +1,32 @@
+#!/usr/bin/python3
+"""How well a robot with nothing but sonar navigates: simulated robots in drawn worlds, without ROS.
+
+    python3 bench/navigation.py localise                            # known start, unknown start, carried away
+    python3 bench/navigation.py localise --seeds 1000-1011 --start unknown --specular 20 --picture /tmp/lost
+
+Each part has options of its own: `python3 bench/navigation.py PART --help`. The cases of the seeds are those of
+`navigation_cases`.
+"""
+
+import argparse
+import sys
+
+import navigation_localise
+
+PARTS = {"localise": navigation_localise}
+"""Each part has `add_arguments(parser)` and `main(options)`, which returns the exit status."""
+
+
+def main() -> int:
+    """Run the part that the command line names."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parts = parser.add_subparsers(dest="part", required=True, metavar="PART")
+    for name, part in PARTS.items():
+        text = part.__doc__.splitlines()[0]
+        part.add_arguments(parts.add_parser(name, help=text, description=part.__doc__))
+    options = parser.parse_args()
+    return PARTS[options.part].main(options)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

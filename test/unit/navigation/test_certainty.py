@@ -1,0 +1,106 @@
+"""When a pose may be trusted."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pioneer_control.floor_poses import Pose
+from pioneer_control.navigation.certainty import Certainty
+from pioneer_control.navigation.measurement import Beams
+from pioneer_control.navigation.pose_cloud import Spread
+from pioneer_control.navigation.tuned import LocalisationNumbers
+
+TUNED = LocalisationNumbers()
+
+
+def spread(position=0.05, heading=0.05):
+    return Spread(Pose(0.0, 0.0, 0.0), np.diag([position ** 2, position ** 2, heading ** 2]))
+
+
+def hear(certainty, explained, way=0.04, count=5, first=0):
+    """Let it hear some readings, each with another range and explained as told."""
+    zeros = np.zeros(count)
+    measured = np.arange(first, first + count * 20, 20)
+    certainty.hear(Beams(zeros, zeros, zeros, measured, np.arange(count)), np.full(count, explained), way)
+
+
+def sure():
+    """Return a certainty that is sure, as after a start that a person told."""
+    certainty = Certainty(TUNED)
+    certainty.place(trusted=True)
+    certainty.judge(spread())
+    assert certainty.sure and not certainty.reason
+    return certainty
+
+
+@pytest.mark.parametrize("what, words", [
+    (spread(position=0.4), "0.4 m away"), (spread(heading=0.5), "29 degrees elsewhere")])
+def test_a_wide_cloud_is_not_sure(what, words):
+    certainty = sure()
+    certainty.judge(what)
+    assert not certainty.sure and words in certainty.reason
+
+
+def test_readings_that_contradict_make_it_unsure_and_good_ones_sure_again():
+    certainty = sure()
+    for _ in range(25):
+        hear(certainty, 0.0)
+    certainty.judge(spread())
+    assert not certainty.sure and "does not fit" in certainty.reason and certainty.doubts
+    for _ in range(60):
+        hear(certainty, 1.0)
+    certainty.judge(spread())
+    assert certainty.sure
+
+
+def test_the_same_readings_of_a_robot_that_stands_do_not_make_it_unsure():
+    certainty = sure()
+    for _ in range(1000):
+        hear(certainty, 0.0, way=0.0)
+    certainty.judge(spread())
+    assert certainty.sure
+
+
+def test_new_readings_of_a_robot_that_stands_make_it_unsure():
+    certainty = sure()
+    for number in range(40):
+        hear(certainty, 0.0, way=0.0, first=number % 2 * 100)
+    certainty.judge(spread())
+    assert not certainty.sure
+
+
+def test_a_way_without_an_explained_echo():
+    certainty = sure()
+    hear(certainty, np.nan, way=TUNED.blind_way + 0.1)
+    certainty.judge(spread())
+    assert "nothing that I heard" in certainty.reason
+
+
+def test_a_place_that_was_just_found_must_prove_itself_on_a_way_and_be_unlike_others():
+    certainty = Certainty(TUNED)
+    certainty.place(trusted=False)
+    certainty.compare(TUNED.rival_margin + 0.1)
+    certainty.judge(spread())
+    assert "just found" in certainty.reason
+    hear(certainty, 1.0, way=TUNED.sure_way + 0.1)
+    certainty.compare(TUNED.rival_margin - 0.1)
+    certainty.judge(spread())
+    assert "look like this one" in certainty.reason
+    certainty.compare(TUNED.rival_margin + 0.1)
+    certainty.judge(spread())
+    assert certainty.sure
+
+
+def test_what_is_usual_is_learnt():
+    certainty = Certainty(replace(TUNED, usual_explained=0.9))
+    certainty.place(trusted=True)
+    certainty.judge(spread())
+    for _ in range(1500):
+        hear(certainty, 0.6)        # an unusual world: reality is often elsewhere than on the map
+        certainty.judge(spread())
+    assert certainty.sure
+    for _ in range(10):
+        hear(certainty, 0.3)
+        certainty.judge(spread())
+    assert certainty.sure
