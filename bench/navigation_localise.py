@@ -94,7 +94,8 @@ def failed(result: Run) -> bool:
 
 
 HEAD = ("| start | success | position, heading: median / 95 % | odometry alone | 90 % know after (driving)"
-        " | longest sure but off | unsure | mean / worst ms a packet | begins after |\n|---|---|---|---|---|---|---|---|---|")
+        " | longest sure but off | unsure | mean / worst ms a packet | begins after |"
+        "\n|---|---|---|---|---|---|---|---|---|")
 
 
 def row(start: str, runs: List[Run]) -> str:

@@ -90,6 +90,7 @@ class Localisation:
         self._recent = RecentReadings(tuned.remembered)
         self._certainty = Certainty(tuned)
         self._wheels = WheelCalibration()
+        self._pose = Pose(0.0, 0.0, 0.0)
         self._odometry: Optional[Pose] = None       # as the wheels measured it
         self._next_search = 0.0
         self._search_odometry = Pose(0.0, 0.0, 0.0)
@@ -108,6 +109,7 @@ class Localisation:
         self._known = True
         self._cloud.put(np.array([pose], dtype=float), np.zeros(1), position, heading, self._tuned.particles_searching)
         self._certainty.place(trusted=True)
+        self._pose = pose
 
     def unknown_start(self) -> None:
         """Say that the robot may be anywhere."""
@@ -145,6 +147,7 @@ class Localisation:
             return
         step = self._wheels.corrected(step)
         self._cloud.move(step)
+        self._pose = compose(self._pose, step)
         way = float(np.hypot(step.x, step.y)) + self._tuned.turn_as_way * abs(step.heading)
         for sense in (self._sonar, self._laser):
             if sense is not None:
@@ -155,18 +158,21 @@ class Localisation:
         tuned, way = self._tuned, sense.way
         moved = way >= SHORTEST_WAY and len(beams.x) > 0
         if moved:
-            logs = sense.model.log_likelihoods(self._cloud.poses, beams).sum(axis=1)
+            logs, explained = sense.model.both(self._cloud.poses, self._pose, beams)
             logs[self._map.at(*self._cloud.poses[:, :2].T) != FREE] -= OFF_THE_FLOOR
             share = sense.weight * min(1.0, way / tuned.full_way)
             self._cloud.weigh(logs * share, tuned.particles if self._certainty.sure else tuned.particles_searching)
             sense.way = 0.0
+        elif len(beams.x):
+            explained = sense.model.explained(self._pose, beams)
         if sense is self._main:
+            if len(beams.x):
+                self._certainty.hear(beams, explained, way if moved else 0.0)
             if moved:
                 self._recent.add(self._wheels.odometry, beams)
             self._look_everywhere(time)
         spread = self._cloud.spread()
-        if sense is self._main and len(beams.x):
-            self._certainty.hear(beams, sense.model.explained(np.array(spread.pose), beams), way if moved else 0.0)
+        self._pose = spread.pose
         was_sure = self._certainty.sure
         self._certainty.judge(spread)
         if was_sure and self._certainty.doubts:     # what was heard before may belong to another place

@@ -6,7 +6,7 @@ a sum of five parts: near the expected range, longer, none, shorter, and any.
 """
 
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Tuple
 
 import numpy as np
 
@@ -82,7 +82,15 @@ class RangeModel:
 
         A reading without an echo says nothing: a wall may have bounced the sound away.
         """
-        expected = self._expected(np.reshape(pose, (1, 3)), beams)[0]
+        return self._judged(self._expected(np.reshape(pose, (1, 3)), beams)[0], beams)
+
+    def both(self, poses: Array, pose: Array, beams: Beams) -> Tuple[Array, Array]:
+        """Return the sum of `log_likelihoods` for each of some poses, and `explained` for one, in half the time."""
+        expected = self._expected(np.vstack((poses, pose)), beams)
+        logs = self._fine_logs.take(expected[:-1] * self._count + beams.measured).sum(axis=1)
+        return logs, self._judged(expected[-1], beams)
+
+    def _judged(self, expected: Array, beams: Beams) -> Array:
         near = np.abs(expected - beams.measured) <= self._near[expected]
         return np.where(beams.measured == self.expected.none, np.nan, near.astype(float))
 

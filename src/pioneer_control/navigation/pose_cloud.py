@@ -89,19 +89,16 @@ class PoseCloud:
         weights = np.exp(self._logs)
         weights /= weights.sum()
         middle = self.poses[weights.argmax()]
-        for _ in range(2):      # from the likeliest pose to the middle of the poses about it
-            off = self._off(middle)
-            near = weights * ((np.abs(off[:, :2]).max(axis=1) < MAIN_POSITION) & (np.abs(off[:, 2]) < MAIN_HEADING))
-            middle = middle + near @ off / near.sum()
-        off = self._off(middle)
-        covariance = (off * weights[:, None]).T @ off
-        x, y, heading = middle.tolist()
-        return Spread(Pose(x, y, math.remainder(heading, 2.0 * math.pi)), covariance)
-
-    def _off(self, middle: Array) -> Array:
         off = self.poses - middle
         off[:, 2] = (off[:, 2] + math.pi) % (2.0 * math.pi) - math.pi
-        return off
+        # from the likeliest pose to the middle of the poses about it
+        inside = np.abs(off) < (MAIN_POSITION, MAIN_POSITION, MAIN_HEADING)
+        near = weights * (inside[:, 0] & inside[:, 1] & inside[:, 2])
+        shift = near @ off / near.sum()
+        covariance = (off * weights[:, None]).T @ off - np.outer(weights @ off, shift)
+        covariance += np.outer(shift, shift - weights @ off)
+        x, y, heading = (middle + shift).tolist()
+        return Spread(Pose(x, y, math.remainder(heading, 2.0 * math.pi)), covariance)
 
 
 def _chosen(weights: Array, count: int, luck: Any) -> Array:
