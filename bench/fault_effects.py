@@ -25,11 +25,11 @@ from pioneer_control.p2os import Flags
 from pioneer_control.pictures import BEYOND, FAINT, INK
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.line.faults import KINDS, fault_of
-from pioneer_control.simulator.firmware import Firmware
 from pioneer_control.simulator.picture import DOCK, ROBOT, draw_robot, draw_solids
 from pioneer_control.simulator.hardware import RobotNumbers, standard_numbers
 from pioneer_control.simulator.world.poses import box_walls, closed
 from pioneer_control.simulator.line import LineSimulation
+from pioneer_control.simulator.simulation import Simulation
 from pioneer_control.simulator.world import Can, World
 
 IMAGES = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "docs", "images")
@@ -50,7 +50,7 @@ FAULTS = (
     "loss 0.4 from 2", "flips 0.02 from 2", "splits 0.8 from 2", "delay 0.5 from 2", "silence from 8 to 14",
     "cable from 8 to 14", "power from 8 to 10",
     "stop_button from 8 to 13", "stall from 8 to 13", "battery 10.8 from 14 to 20", "transducer 3", "gyro 0.5",
-    "gripper", "charger from 2",
+    "gripper", "charger from 2", "carry 2.8 0.6 100 from 8",
 )
 """One of each kind, in the order of the page."""
 OPTIONS = (
@@ -169,8 +169,9 @@ def room(picks: bool) -> World:
 
 def run(fault: Optional[str], numbers: RobotNumbers, seed: int, picks: bool) -> Run:
     """Drive one round."""
-    firmware = Firmware(MODEL, room(picks), gripper=True, numbers=numbers, seed=seed)
-    lines = LineSimulation(firmware, seed, [fault_of(fault)] if fault else [])
+    simulation = Simulation(room(picks))
+    firmware = simulation.add(MODEL, gripper=True, numbers=numbers, seed=seed)
+    lines = LineSimulation(simulation, seed, [fault_of(fault)] if fault else [])
     client = Insistent(picks)
     track, echoes, data = [], [], b""
     while lines.time < LONGEST and (client.arrived is None or lines.time < client.arrived + 3.0):

@@ -17,9 +17,9 @@ map -> truth/base_link: the true pose of the robot itself;
 
 If there are several robots, the topics and frames of each robot have the prefix ``robot1/``, ``robot2/`` and so on.
 
-*Services* ``~add_fault`` (AddFault), ``~list_faults`` and ``~clear_faults`` (std_srvs/Trigger); ``~pause``
-(std_srvs/SetBool): simulated time stands, or passes again; ``~reset`` (std_srvs/Trigger): all robots and cans are
-carried back to where they began.
+*Services* ``~add_fault`` (AddFault), ``~list_faults`` and ``~clear_faults`` (std_srvs/Trigger); ``~carry`` (Carry): a
+robot is carried to another place; ``~pause`` (std_srvs/SetBool): simulated time stands, or passes again; ``~reset``
+(std_srvs/Trigger): all robots and cans are carried back to where they began.
 
 *Parameters*: see `SimulatorParameters`.
 
@@ -46,7 +46,7 @@ from ..errors import PioneerError
 from ..message_values import quaternion_of
 from ..robots import find_model
 from ..ros_node import init_node
-from ..srv import AddFault, AddFaultResponse
+from ..srv import AddFault, AddFaultResponse, Carry, CarryResponse
 from .firmware import Firmware
 from .hardware.gripper import ParallelGripper
 from .line import Server, fault_of, load_faults
@@ -219,6 +219,7 @@ class Node:
         rospy.Service("~add_fault", AddFault, self._add_fault)
         rospy.Service("~list_faults", Trigger, self._list_faults)
         rospy.Service("~clear_faults", Trigger, self._clear_faults)
+        rospy.Service("~carry", Carry, self._carry)
         rospy.Service("~pause", SetBool, self._pause)
         rospy.Service("~reset", Trigger, self._reset)
         rospy.on_shutdown(self._stop.set)
@@ -283,6 +284,15 @@ class Node:
 
     def _clear_faults(self, request: Any) -> TriggerResponse:
         return TriggerResponse(*self._order("clear_faults"))
+
+    def _carry(self, request: Any) -> CarryResponse:
+        pose, robots = request.pose, len(self._simulation.robots)
+        if request.robot > robots:
+            return CarryResponse(False, "there is no robot %d: give a number from 1 to %d" % (request.robot, robots))
+        place = pose.x, pose.y, pose.theta
+        if not all(map(math.isfinite, place)):
+            return CarryResponse(False, "x %g, y %g, heading %g is no place: give numbers" % place)
+        return CarryResponse(*self._order("put", robot=request.robot or 1, pose=place))
 
     def _pause(self, request: Any) -> SetBoolResponse:
         return SetBoolResponse(*self._order("pause" if request.data else "go_on"))

@@ -9,7 +9,9 @@ from pioneer_control.robots import find_model
 from pioneer_control.simulator.clock import NEVER_US
 from pioneer_control.simulator.line.faults import KINDS, Fault, Faults, fault_of, load_faults
 from pioneer_control.simulator.line.robot_link import WAYS, RobotLink
+from pioneer_control.simulator.line import LineSimulation
 from pioneer_control.simulator.firmware import Firmware, FirmwareState
+from pioneer_control.simulator.simulation import Simulation
 from pioneer_control.simulator.world import World
 
 
@@ -21,6 +23,8 @@ from pioneer_control.simulator.world import World
     ("power from 5", Fault("power", start=5.0, end=6.0)),
     ("power from 5 to 9", Fault("power", start=5.0, end=9.0)),
     ("gyro -2.5", Fault("gyro", -2.5)),
+    ("carry 1 -2.5 90 robot 2 from 3", Fault("carry", (1.0, -2.5, 90.0), None, 2, 3.0, 3.1)),
+    ({"fault": "carry", "value": [1, 2, 3]}, Fault("carry", (1.0, 2.0, 3.0), end=0.1)),
     ({"fault": "transducer", "value": 3, "robot": 2, "from": 30}, Fault("transducer", 3, None, 2, 30.0)),
 ])
 def test_words(words, fault):
@@ -28,7 +32,7 @@ def test_words(words, fault):
 
 
 def test_the_words_of_a_fault_are_read_back():
-    for words in ("loss 0.1 way to-robot robot 2", "cable", "transducer 3", "gyro -2.5"):
+    for words in ("loss 0.1 way to-robot robot 2", "carry 1.5 -2 90 robot 2", "cable", "transducer 3", "gyro -2.5"):
         assert str(fault_of(words)) == words
 
 
@@ -40,6 +44,9 @@ def test_the_words_of_a_fault_are_read_back():
     ("loss 2", "value 2 is not legal: give a number from 0 to 1 .share."),
     ("loss nan", "value nan is not legal"),
     ("loss x", "value 'x' is not legal"),
+    ("carry 1 2", r"value \[1, 2\] is not legal: give 3 numbers from -1e.06 to 1e.06, as a list .m, m, deg."),
+    ("carry 1 2 north", "value .* is not legal: give 3 numbers"),
+    ("carry 1 2 3 4", "has no '4'"),
     ("cable 1", "cable takes no value, and 1 is one"),
     ("loss 0.1 form 10", "has no 'form'; there are fault, value, way, robot, from, to"),
     ("cable for 3", "has no '3'"),
@@ -192,7 +199,30 @@ EFFECTS = {
 
 
 def test_every_kind_has_a_row_here():
-    assert [words.split()[0] for words in EFFECTS] == list(KINDS)
+    assert [words.split()[0] for words in EFFECTS] + ["carry"] == list(KINDS)    # nobody carries it back
+
+
+def carried(words, seconds=0.2):
+    """Return a robot that two walls are near, after a fault, and what was said."""
+    simulation, said = Simulation(World("hall", walls=[(3.0, -1.0, 3.0, 1.0), (-3.0, -1.0, -3.0, 1.0)])), []
+    robot = simulation.add(find_model("p3dx-sh"))
+    lines = LineSimulation(simulation, faults=[fault_of(words)], say=lambda time, sentence: said.append(sentence))
+    lines.advance(seconds)
+    return robot, said
+
+
+def test_a_person_carries_the_robot_and_its_odometry_does_not_notice():
+    robot, said = carried("carry 1.5 -0.5 90 robot 1")
+    assert robot.true_pose == pytest.approx((1.5, -0.5, math.pi / 2))
+    assert robot.hardware.odometry.pose == (0.0, 0.0, 0.0)
+    assert said == ["fault begins: carry 1.5 -0.5 90 robot 1", "fault ends: carry 1.5 -0.5 90 robot 1"]
+    assert carried("carry 1.5 -0.5 90 from 5")[0].true_pose == (0.0, 0.0, 0.0)
+
+
+def test_nobody_carries_a_robot_into_a_wall():
+    robot, said = carried("carry 3 0 0")
+    assert robot.true_pose == (0.0, 0.0, 0.0)
+    assert said[1] == ("fault carry 3 0 0: robot 1 cannot stand at x 3, y 0, heading 0: in its way is a wall or a post")
 
 
 @pytest.mark.parametrize("words", EFFECTS)

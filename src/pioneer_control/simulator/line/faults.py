@@ -6,6 +6,7 @@ A fault is written as text, on the command line and in the services of the ROS n
     loss 0.1                                 lose a tenth of all packets, in both directions, of all robots, from now on
     loss 0.1 way to-robot from 10 to 20      lose only packets of the client, from 10 to 20 simulated seconds
     transducer 3 robot 2                     sonar transducer 3 of the second robot is dead
+    carry 2.5 1.0 90 robot 1 from 30         a person carries the first robot to x 2.5, y 1.0, heading 90 degrees
 
 A file of faults is a YAML list. Its entries are such texts, or mappings with the same words as keys::
 
@@ -15,12 +16,13 @@ A file of faults is a YAML list. Its entries are such texts, or mappings with th
 
 import difflib
 import functools
+import itertools
 import math
 import operator
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Union
 
 from ...errors import ParameterError
-from ...parameters import Number, Whole
+from ...parameters import Number, Numbers, Whole
 from ..clock import NEVER_US
 from ...maps.yaml_nodes import read_values
 from .one_way import LineErrors
@@ -34,7 +36,7 @@ class Kind(NamedTuple):
     """A kind of fault: a row of the table `KINDS`."""
 
     name: str
-    value: Union[Number, Whole, None]
+    value: Union[Number, Whole, Numbers, None]
     """Object that checks the value of a fault. None if faults of this kind have no value."""
     unit: str
     meaning: str
@@ -85,6 +87,10 @@ KINDS: Dict[str, Kind] = {kind.name: kind for kind in (
          lambda link, values: link.hardware.jam_gripper(bool(values))),
     Kind("charger", None, "", "not a fault: a charger is plugged in",
          lambda link, values: link.hardware.charger.plug(bool(values))),
+    Kind("carry", Numbers(3, -1e6, 1e6), "m, m, deg",
+         "a person carries the robot to this x, y and heading in the map's frame, unless something is in its way there;"
+         " its odometry does not notice",
+         lambda link, values: link.carry(values[-1]) if values else None, lasts=0.1),
 )}
 
 
@@ -104,7 +110,8 @@ class Fault(NamedTuple):
 
     def __str__(self) -> str:
         """Return the fault as text, without its times."""
-        words = [self.kind] + ([] if self.value is None else ["%g" % self.value])
+        values = self.value if isinstance(self.value, tuple) else [self.value] * (self.value is not None)
+        words = [self.kind, *("%g" % value for value in values)]
         return " ".join(words + ["way %s" % self.way] * bool(self.way) + ["robot %s" % self.robot] * bool(self.robot))
 
     @property
@@ -136,7 +143,7 @@ def fault_of(words: Union[str, Mapping[str, Any]]) -> Fault:
         near = difflib.get_close_matches(str(given.get("fault")).lower(), KINDS, n=1)
         raise fail("no kind %r; %sthere are %s" % (
             given.get("fault"), "did you mean %r? " % near[0] if near else "", ", ".join(KINDS)))
-    checks: Dict[str, Union[Number, Whole, None]] = {
+    checks: Dict[str, Union[Number, Whole, Numbers, None]] = {
         "robot": Whole(1, 100000), "from": Number(0.0, 1e9), "to": Number(0.0, 1e9), "value": kind.value}
     if kind.value is None and "value" in given:
         raise fail("%s takes no value, and %r is one" % (kind.name, given["value"]))
@@ -262,7 +269,10 @@ class Faults:
                 continue
             same = [each for each in self.on if each.kind == fault.kind and each.robot in (None, number)]
             if act is not None:
-                act(link, [True if each.value is None else each.value for each in same])
+                try:
+                    act(link, [True if each.value is None else each.value for each in same])
+                except ParameterError as error:
+                    self._say(fault.start, "fault %s: %s" % (fault, error))
                 continue
             for way in [way for way in WAYS if fault.way in (None, way)]:
                 values = [True if each.value is None else each.value for each in same if each.way in (None, way)]
@@ -284,8 +294,12 @@ def _split(text: str, fail: Callable[[str], ParameterError]) -> Dict[str, Any]:
     """
     words = text.split()
     given: Dict[str, Any] = {"fault": words.pop(0)} if words else {}
-    if words and words[0] not in KEYS:
-        given["value"] = _number(words.pop(0))
+    values = list(itertools.takewhile(lambda word: word not in KEYS, words))
+    if values:
+        count = getattr(getattr(KINDS.get(str(given.get("fault"))), "value", None), "length", 1)
+        numbers = [_number(word) for word in values[:count]]
+        given["value"] = numbers if count > 1 else numbers[0]
+        del words[:len(numbers)]
     while words:
         key = words.pop(0)
         if key in given or key in KEYS and not words:

@@ -14,13 +14,16 @@ This file uses no threads, no sockets and no real time. The same bytes at the sa
 always give the same answers and the same errors of the line. `Server` runs a `LineSimulation` in real time.
 """
 
+import functools
 import heapq
 from typing import Callable, List, NamedTuple, Optional, Sequence, Tuple
 
 from ...errors import ParameterError
 from ...p2os.framing import SMALLEST_COUNT
+from ..carrier import Carrier
 from ..clock import NEVER_US
 from ..firmware import FirmwareState
+from ..simulation import Simulation
 from .faults import Fault, Faults
 from .robot_link import FROM_ROBOT, TO_ROBOT, RobotLink, RobotsInTime
 
@@ -72,6 +75,10 @@ class LineSimulation:
             raise ParameterError("there is no robot in the simulation: add one first")
         self.clock = simulation.clock
         self.links = [RobotLink(robot, "%s %s" % (seed, number)) for number, robot in enumerate(self.robots)]
+        if isinstance(simulation, Simulation):
+            carrier = Carrier(simulation)
+            for number, link in enumerate(self.links, 1):
+                link.put = functools.partial(carrier.put, number)
         self.faults = Faults(self.links, say)
         self.ended: List[int] = []
         self._serial = [False] * len(self.robots)

@@ -1,10 +1,13 @@
 """One robot with its line, on which faults act."""
 
+import math
 from typing import Callable, Optional, Union
 
+from ...errors import ParameterError
 from ..firmware import Firmware, RobotOnLine
 from ..hardware import Hardware
 from ..simulation import Simulation
+from ..world.poses import Pose
 from .one_way import OneWay
 
 TO_ROBOT, FROM_ROBOT = WAYS = ("to-robot", "from-robot")
@@ -12,6 +15,10 @@ TO_ROBOT, FROM_ROBOT = WAYS = ("to-robot", "from-robot")
 
 RobotsInTime = Union[Simulation, RobotOnLine]
 """All robots of a `Simulation`, or a single robot."""
+
+
+def _nobody_is_there(pose: Pose) -> None:
+    raise ParameterError("nobody is there to carry a robot that is in no Simulation")
 
 
 class RobotLink:
@@ -26,6 +33,7 @@ class RobotLink:
         wires: both directions of the line, by their names in `WAYS`.
         powered: whether the robot is switched on.
         unplugged: whether the cable is unplugged.
+        put: function that puts the robot at a pose (m, rad; map frame), or raises a ParameterError.
         on_cable: function that is called with True when the cable is unplugged, with False when it is plugged in.
     """
 
@@ -35,6 +43,7 @@ class RobotLink:
         self.powered = True
         self.unplugged = False
         self.on_cable: Callable[[bool], None] = lambda unplugged: None
+        self.put: Callable[[Pose], None] = _nobody_is_there
         self._own_voltage: Optional[float] = None
 
     @property
@@ -56,6 +65,14 @@ class RobotLink:
             self.powered = on
             self.firmware.power_cycle()
             self._clear()
+
+    def carry(self, place: Pose) -> None:
+        """Carry the robot to x, y (m) and heading (degrees) in the map frame.
+
+        Raises:
+            ParameterError: something is in its way there. The robot stays where it is.
+        """
+        self.put((place[0], place[1], math.radians(place[2])))
 
     def set_voltage(self, voltage: Optional[float]) -> None:
         """Replace the battery by one with this voltage (V). None puts back the robot's own battery."""

@@ -56,6 +56,7 @@ class Ear:
         if not 0.0 < half_width <= math.pi / 4.0:
             raise UsageError("half_width %r rad: a sonar cone's must be above 0 and at most pi / 4" % half_width)
         self._world, self._maximum = world, maximum
+        self._solids = world.solids
         borders = [2.0 * math.pi / SECTORS * key for key in range(SECTORS)]
         self._rights = np.array([unit(border - half_width) for border in borders])
         self._lefts = np.array([unit(border + 2.0 * math.pi / SECTORS + half_width) for border in borders])
@@ -113,7 +114,7 @@ class Ear:
     def _listen(self, column: int, row: int) -> "Earshot":
         """Compute the `Earshot` of the square of floor in this column and row. The results are cached."""
         x, y, spread = (column + 0.5) * SQUARE, (row + 0.5) * SQUARE, SQUARE * 0.7072
-        solids = self._world.solids.within(x, y, self._maximum + spread)
+        solids = self._solids.within(x, y, self._maximum + spread)
         return Earshot(solids, x, y, spread, self._rights, self._lefts) if len(solids) else self._silence
 
 

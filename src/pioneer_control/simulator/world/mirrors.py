@@ -1,22 +1,31 @@
 """The range that sonar measures among walls that are mirrors to it: sound that meets them at a slant bounces away.
 
 A point of a wall returns an echo when sound meets it at an angle to the wall's normal up to a largest one. All other
-points of the wall in a cone are a mirror: they return no echo, and nothing behind them is detected. Ends and corners of
-walls return no echo of their own, and no sound comes back over two walls, so this sonar loses more than a real one. A
-post returns an echo from every side.
+points of the wall in a cone are a mirror: they return no echo, and nothing behind them is detected. An end or a corner
+of walls scatters a little sound: it returns an echo from every side, but only over a short distance. A post returns an
+echo from every side. No sound comes back over two walls.
 
-The edges of other robots are walls, too. Lengths are in metres, all coordinates in the map frame unless they are said
+The sides of other robots are walls, too. Lengths are in metres, all coordinates in the map frame unless they are said
 to be relative to the sensor. As in `echoes`, only ``+ - * / sqrt`` and comparisons are used.
 """
 
 import itertools
 import math
-from typing import Iterable, List, NamedTuple, Optional, Tuple
+from typing import Dict, Iterable, List, NamedTuple, Optional, Tuple
+
+import numpy as np
 
 from .crowd import Candidate, Obstacle
 from .echoes import Ear, Surroundings, disc_echo, unpacked
+from .geometry import Array, Solids
 from .poses import Point, hypot
 
+SCATTERED = 1.0
+"""Distance (m) up to which an end or a corner of walls is heard, if sound meets its walls at a slant."""
+STRAIGHT = 0.97
+"""Cosine of the largest angle between two walls at whose joint no sound is scattered: a straight or a bent wall."""
+BEFORE = 0.002
+"""Distance (m) before an end or a corner at which mirrors are searched that hide it. Its own walls do not hide it."""
 CRACK = 1e-6
 """Width (m, or rad at the sensor) of a crack that lets no sound through.
 
@@ -95,6 +104,7 @@ class MirrorEar(Ear):
     def __init__(self, world: Surroundings, half_width: float, maximum: float, slant: float):
         super().__init__(world, half_width, maximum)
         self._slant = slant
+        self._solids = Solids(world.solids.walls, np.vstack((world.solids.posts, _ends(world.solids))))
 
     def echo(
         self, x: float, y: float, heading: float, right: Point, left: Point, listener: Optional[Obstacle] = None,
@@ -103,8 +113,10 @@ class MirrorEar(Ear):
         """
         bodies = [body.candidates for body in self._world.crowd.near(x, y, self._maximum, listener)
                   if body is not listener]
+        corners = [(0.0, x1, y1, 0.0, 0.0, -1.0) for body in bodies for _, x1, y1, _, _, length in body if length > 0.0]
         fixed = unpacked(self._candidates(x, y, heading))
-        return echo_among_mirrors(itertools.chain(*bodies, fixed), x, y, (right, left), self._maximum, self._slant)
+        return echo_among_mirrors(
+            itertools.chain(*bodies, corners, fixed), x, y, (right, left), self._maximum, self._slant)
 
 
 def ear_of(world: Surroundings, half_width: float, maximum: float, slant: float = math.inf) -> Ear:
@@ -119,7 +131,7 @@ def echo_among_mirrors(
     """Return the distance (m) from a sensor at (x, y) to the nearest point that returns an echo.
 
     Args:
-        candidates: walls and posts, sorted by least distance.
+        candidates: walls, posts, and ends of walls, which are posts with radius 0, sorted by least distance.
         x: x of the sensor (m, map frame).
         y: y of the sensor (m, map frame).
         cone: the cone of the sensor, at most a quarter turn wide.
@@ -133,13 +145,17 @@ def echo_among_mirrors(
     mirrors: List[Mirror] = []
     audible: List[Tuple[float, Part, SeenLine]] = []
     discs: List[Tuple[Point, float]] = []
+    ends: List[Point] = []
     for least, at_x, at_y, ux, uy, length in candidates:
         if least >= maximum:
             break
         at_x -= x
         at_y -= y
         if length < 0.0:
-            discs.append(((at_x, at_y), ux))
+            if ux > 0.0:
+                discs.append(((at_x, at_y), ux))
+            elif at_x * at_x + at_y * at_y < SCATTERED * SCATTERED:
+                ends.append((at_x, at_y))
             continue
         low = at_x * ux + at_y * uy
         line = SeenLine((at_x - low * ux, at_y - low * uy), (ux, uy))
@@ -168,7 +184,26 @@ def echo_among_mirrors(
         if distance < nearest:
             for free in _free_cones(cone, middle, mirrors):
                 nearest = min(nearest, disc_echo(*middle, radius, *free))
+    for end in ends:
+        distance = hypot(*end)
+        if BEFORE < distance < nearest:
+            before = end[0] * (1.0 - BEFORE / distance), end[1] * (1.0 - BEFORE / distance)
+            if any(_cross(first, end) >= 0.0 <= _cross(end, last) for first, last in _free_cones(cone, before, mirrors)):
+                nearest = distance
     return nearest
+
+
+def _ends(solids: Solids) -> Array:
+    """Return the ends and corners of walls as an array (n, 3) of posts with radius 0. Straight joints are left out."""
+    start_x, start_y, ux, uy, length = solids.frames
+    around: Dict[Tuple[float, float], List[Point]] = {}
+    for x, y, along_x, along_y, far in zip(*(each.tolist() for each in (start_x, start_y, ux, uy, length))):
+        around.setdefault((round(x, 6), round(y, 6)), []).append((along_x, along_y))
+        end = round(x + far * along_x, 6), round(y + far * along_y, 6)
+        around.setdefault(end, []).append((-along_x, -along_y))
+    ends = [(x, y, 0.0) for (x, y), ways in around.items()
+            if not (len(ways) == 2 and ways[0][0] * ways[1][0] + ways[0][1] * ways[1][1] < -STRAIGHT)]
+    return np.array(ends).reshape(-1, 3)
 
 
 def _mirror(line: SeenLine, part: Part) -> List[Mirror]:
