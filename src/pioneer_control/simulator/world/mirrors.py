@@ -184,11 +184,12 @@ def echo_among_mirrors(
         if distance < nearest:
             for free in _free_cones(cone, middle, mirrors):
                 nearest = min(nearest, disc_echo(*middle, radius, *free))
-    for end in ends:
-        distance = hypot(*end)
+    for tip in ends:
+        distance = hypot(*tip)
         if BEFORE < distance < nearest:
-            before = end[0] * (1.0 - BEFORE / distance), end[1] * (1.0 - BEFORE / distance)
-            if any(_cross(first, end) >= 0.0 <= _cross(end, last) for first, last in _free_cones(cone, before, mirrors)):
+            before = tip[0] * (1.0 - BEFORE / distance), tip[1] * (1.0 - BEFORE / distance)
+            free_cones = _free_cones(cone, before, mirrors)
+            if any(_cross(first, tip) >= 0.0 <= _cross(tip, last) for first, last in free_cones):
                 nearest = distance
     return nearest
 
