@@ -23,6 +23,14 @@ How it gets to a goal:
 ``obstacles``        what was heard lately, and is on no map
 ``chassis``          the robot: how far its moves go until they touch something, and where its sonar looks
 
+A map where there is none:
+
+``mapping``          the front: a packet goes in, the pose comes out, and the map at any moment
+``sonar_grid``       echoes become cells that are free or occupied
+``stretch``          a metre of path and what was heard on it; ``wheel_motion``: without the errors of the wheels
+``scan_match``       finds where a stretch lies on the map
+``pose_graph``       moves all stretches to where they agree best
+
 Everything here is pure: maps, what the robot sensed, and time go in; poses, maps, plans and velocities come out. There
 is no ROS, no clock and no thread but in ``node``.
 

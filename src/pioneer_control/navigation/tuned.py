@@ -150,3 +150,66 @@ class NavigatorNumbers:
     wait: float = parameter(120.0, Number(1, 3600), "time that it waits for one reason before it gives up", "s")
     progress: float = parameter(0.3, Number(0.01, 5), "what the cost to go must fall to count as progress", "m")
     rest: float = parameter(1.0, Number(0, 10), "time it stands after a stall", "s")
+
+
+@dataclass(frozen=True)
+class MapNumbers:
+    """How echoes become cells of a map (`sonar_grid`)."""
+
+    resolution: float = parameter(0.05, Number(0.02, 0.2), "side of a cell", "m")
+    half_cone: float = parameter(0.218, Number(0.05, 0.6), "from the axis of a sonar cone to its edge", "rad")
+    reach: float = parameter(2.5, Number(0.5, 5.0), "echoes from farther away are not used", "m")
+    reach_of_silence: float = parameter(1.2, Number(0.5, 5.0), "no echo: free as far as this", "m")
+    occupied: float = parameter(1.5, Number(0.1, 3.0), "log-odds that one echo gives to all cells of its arc together")
+    free: float = parameter(0.35, Number(0.05, 2.0), "log-odds that one firing takes from a cell on its axis")
+    aside: float = parameter(0.9, Number(0.0, 1.0), "share of `free` that is lost at the edge of the cone")
+    far: float = parameter(0.9, Number(0.0, 1.0), "share of `free` that is lost at `reach`")
+    silent: float = parameter(0.05, Number(0.0, 1.0), "share of `free` when there was no echo: the wall may slant")
+    short_of: float = parameter(0.12, Number(0.0, 0.3), "free only up to this before the echo", "m")
+    wall: float = parameter(0.4, Number(0.05, 3.0), "log-odds from which a cell is occupied")
+    floor: float = parameter(-0.8, Number(-3.0, -0.05), "log-odds up to which a cell is free")
+    hides: float = parameter(0.5, Number(0.1, 5.0), "log-odds from which nothing behind a cell is freed")
+    certain: float = parameter(6.0, Number(0.5, 10.0), "greatest odds, as a logarithm, that count in sharing an echo")
+
+
+@dataclass(frozen=True)
+class MatchNumbers:
+    """How a stretch of path finds its place on the map (`scan_match`)."""
+
+    wall: float = parameter(1.0, Number(0.05, 3.0), "log-odds from which a cell is a wall to fit to")
+    reach: float = parameter(2.5, Number(0.5, 5.0), "echoes from farther away are not used", "m")
+    half_cone: float = parameter(0.218, Number(0.05, 0.6), "from the axis of a sonar cone to its edge", "rad")
+    points: int = parameter(32, Whole(1, 200), "points of walls that are looked at for a reading")
+    blur: float = parameter(0.05, Number(0.02, 0.3), "deviation of a reading that fits", "m")
+    miss: float = parameter(0.15, Number(0.01, 1.0), "weight of readings that do not fit")
+    neutral: float = parameter(0.8, Number(0.0, 1.0), "fit of readings where the map has no wall")
+    trust: float = parameter(0.3, Number(0.01, 1.0), "share of each reading that counts: they are not independent")
+    step: float = parameter(0.05, Number(0.02, 0.2), "distance of the poses that are tried first", "m")
+    turn_step: float = parameter(0.026, Number(0.005, 0.1), "the same for headings", "rad")
+
+
+@dataclass(frozen=True)
+class MapperNumbers:
+    """When a map is corrected (`mapping`)."""
+
+    stretch: float = parameter(1.0, Number(0.3, 5.0), "length of a stretch of path", "m")
+    turn_counts: float = parameter(0.4, Number(0.0, 2.0), "a turn of 1 rad counts as this much path", "m")
+    batch: int = parameter(20, Whole(1, 500), "firings that are drawn together")
+    window: float = parameter(0.2, Number(0.05, 1.0), "how far a stretch is looked for", "m")
+    window_turn: float = parameter(0.10, Number(0.01, 0.5), "the same for its heading", "rad")
+    least_count: int = parameter(12, Whole(3, 200), "readings that must say something")
+    least_fit: float = parameter(0.7, Number(0.1, 1.0), "share of them that must fit")
+    most_readings: int = parameter(120, Whole(10, 1000), "readings that are used to find a stretch")
+    contributors: int = parameter(3, Whole(1, 10), "older stretches to which one is tied")
+    slack: float = parameter(0.02, Number(0.001, 0.2), "added to the deviation of a found pose", "m")
+    slack_turn: float = parameter(0.012, Number(0.001, 0.2), "the same for its heading", "rad")
+    roll: float = parameter(0.006, Number(0.0005, 0.1), "deviation of a metre by odometry; grows with its root", "m")
+    roll_turn: float = parameter(0.010, Number(0.001, 0.1), "deviation of the heading after a metre", "rad")
+    turn_turn: float = parameter(0.008, Number(0.0, 0.1), "deviation of the heading after a turn of 1 rad", "rad")
+    distance_bias: float = parameter(0.03, Number(0.0, 0.1), "expected error of the wheels' size, as a share")
+    turning_bias: float = parameter(0.05, Number(0.0, 0.2), "expected error of turns, as a share")
+    veer_bias: float = parameter(0.012, Number(0.0, 0.1), "expected error of straight lines", "rad/m")
+    doubt: float = parameter(3.0, Number(0.5, 20.0), "a found pose that is off by so many deviations counts half")
+    redrawn: float = parameter(0.01, Number(0.001, 0.2), "a stretch that moved so far is drawn anew", "m")
+    redrawn_turn: float = parameter(0.006, Number(0.0005, 0.1), "the same for its heading", "rad")
+    every: int = parameter(10, Whole(1, 1000), "packets, until the next stretch is drawn anew without a reason")

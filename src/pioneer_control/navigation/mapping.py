@@ -1,0 +1,245 @@
+"""Makes a map while a robot with sonar drives, by odometry and by the map itself: `Mapper`.
+
+The path is cut into stretches of a metre. When one ends, it is looked for on the map that the others made
+(`scan_match`). What was found, and what odometry measured, are the measurements of a `pose_graph`; its solution moves
+all stretches, also old ones, and tells the lasting errors of the wheels. Stretches that moved are drawn anew, one a
+packet (`sonar_grid`). There is no chance in it: a map made twice of the same data is the same.
+"""
+
+import math
+from typing import Any, List, Optional, Sequence
+
+import numpy as np
+
+from ..floor_poses import Pose, compose, relative
+from ..maps import GridMap
+from ..robots import Transducer
+from .pose_graph import Between, PoseGraph
+from .scan_match import Match, match, wall_points
+from .sonar_grid import SonarBeams, SonarGrid, Votes
+from .stretch import Ears, Stretch
+from .tuned import MapNumbers, MapperNumbers, MatchNumbers
+from .values import Sensing
+from .wheel_motion import WheelBias
+
+_BIAS_STEP = 1e-4
+
+
+class _Drawn:
+    """A stretch, and how it is drawn at present."""
+
+    def __init__(self, stretch: Stretch) -> None:
+        self.stretch = stretch
+        self.votes: List[Votes] = []
+        self.count = 0
+        self.pose = Pose(0.0, 0.0, 0.0)
+        self.beams: Optional[SonarBeams] = None
+
+
+class Mapper:
+    """Map and pose of a robot that drives.
+
+    Args:
+        transducers: the sonar of the robot.
+        map_numbers, match_numbers, numbers: what was tuned.
+        pose: where the robot is at the first packet (map frame).
+        corrects: whether the map may correct the odometry.
+
+    Attributes:
+        pose: present pose (map frame).
+    """
+
+    def __init__(self, transducers: Sequence[Transducer], map_numbers: MapNumbers = MapNumbers(),
+                 match_numbers: MatchNumbers = MatchNumbers(), numbers: MapperNumbers = MapperNumbers(),
+                 pose: Pose = Pose(0.0, 0.0, 0.0), corrects: bool = True) -> None:
+        self.pose = pose
+        self._numbers, self._match_numbers, self._corrects = numbers, match_numbers, corrects
+        self._grid = SonarGrid(map_numbers)
+        self._graph = PoseGraph(pose, (numbers.distance_bias, numbers.turning_bias, numbers.veer_bias), numbers.doubt)
+        self._ears = Ears(transducers)
+        self._drawn: List[_Drawn] = []
+        self._odometry: Optional[Pose] = None
+        self._way = self._turned = 0.0
+        self._packets = self._next = 0
+
+    def update(self, sensing: Sensing) -> Pose:
+        """Go on with one packet, and return the pose (map frame) at its time."""
+        before, self._odometry = self._odometry, sensing.odometry
+        if before is None:
+            self._drawn.append(_Drawn(Stretch(sensing.time, self._ears)))
+            self._drawn[0].pose = self.pose
+            return self.pose
+        present = self._drawn[-1]
+        stretch, numbers = present.stretch, self._numbers
+        stretch.add(before, sensing, self._way + stretch.way, self._turned + stretch.turned)
+        if stretch.heard_count - present.count >= numbers.batch:
+            self._draw_on()
+        if stretch.way + numbers.turn_counts * stretch.turned > numbers.stretch:
+            self._end_stretch(sensing.time)
+        else:
+            self._redraw_one()
+        last = len(self._drawn) - 1
+        self.pose = compose(self._graph.pose(last), self._drawn[last].stretch.end(self._graph.bias))
+        return self.pose
+
+    @property
+    def bias(self) -> WheelBias:
+        """The lasting errors of the wheels, as far as they are known."""
+        return self._graph.bias
+
+    def grid_map(self) -> GridMap:
+        """Return the map as it is now. Nothing changes by asking."""
+        grid = self._grid.copy()
+        for votes in self._not_drawn():
+            grid.add(votes)
+        return grid.grid_map()
+
+    def finish(self) -> None:
+        """Draw all stretches anew with all that is known now. This takes a second; the map gets better."""
+        for number in range(len(self._drawn)):
+            self._redraw(number)
+
+    def _draw_on(self) -> None:
+        """Draw what the present stretch has heard and was not yet drawn."""
+        present = self._drawn[-1]
+        for votes in self._not_drawn():
+            self._grid.add(votes)
+            present.votes.append(votes)
+        present.count = present.stretch.heard_count
+
+    def _not_drawn(self) -> List[Votes]:
+        """Return the votes of what was heard since the last drawing, if there are any."""
+        present = self._drawn[-1] if self._drawn else None
+        if present is None or present.stretch.heard_count <= present.count:
+            return []
+        return [self._grid.votes(present.stretch.beams(self._graph.bias, present.count).moved(*present.pose))]
+
+    def _end_stretch(self, time: float) -> None:
+        """Find the present stretch on the map, correct all, and begin the next one."""
+        number = len(self._drawn) - 1
+        present = self._drawn[number]
+        if self._corrects and present.stretch.heard_count:
+            self._erase(number)
+            self._find(number)
+        self._redraw(number)
+        begin = self._graph.pose(number)
+        stretch, bias = present.stretch, self._graph.bias
+        self._way += stretch.way
+        self._turned += stretch.turned
+        self._graph.add_node(compose(begin, stretch.end(bias)))
+        self._graph.add(self._by_odometry(number))
+        following = _Drawn(Stretch(time, self._ears))
+        following.pose = self._graph.pose(number + 1)
+        self._drawn.append(following)
+
+    def _by_odometry(self, number: int) -> Between:
+        """Return what odometry measured from the begin of a stretch to its end."""
+        stretch, numbers = self._drawn[number].stretch, self._numbers
+        plain = np.array(stretch.end(WheelBias()))
+        columns = []
+        for axis in range(3):
+            bias = [0.0, 0.0, 0.0]
+            bias[axis] = _BIAS_STEP
+            change = np.array(stretch.end(WheelBias(*bias))) - plain
+            change[2] = math.remainder(change[2], 2.0 * math.pi)
+            columns.append(change / _BIAS_STEP)
+        root_way = math.sqrt(stretch.way + 0.01)
+        turn = numbers.roll_turn * root_way + numbers.turn_turn * stretch.turned + 0.001
+        along = numbers.roll * root_way + 0.002
+        aside = along + 0.5 * turn * stretch.way
+        return Between(number, number + 1, Pose(*plain), np.diag((1.0 / along, 1.0 / aside, 1.0 / turn)),
+                       np.array(columns).T, False)
+
+    def _find(self, number: int) -> None:
+        """Find a stretch, which is not drawn, on the map, and let the graph know."""
+        numbers = self._numbers
+        pose = self._graph.pose(number)
+        beams = self._readings(number)
+        if len(beams.x) < numbers.least_count:
+            return
+        found = self._match(beams, pose, numbers.window, numbers.window_turn)
+        if found:
+            self._tie(number, found, range(number))
+            self._graph.solve()
+
+    def _readings(self, number: int) -> SonarBeams:
+        """Return the echoes by which a stretch is found, relative to its begin."""
+        beams = self._drawn[number].stretch.beams(self._graph.bias)
+        index = np.nonzero(beams.range < self._match_numbers.reach)[0]
+        index = index[::max(1, math.ceil(len(index) / self._numbers.most_readings))]
+        return SonarBeams(*(each[index] for each in beams))
+
+    def _match(self, beams: SonarBeams, pose: Pose, reach: float, turn: float) -> Optional[Match]:
+        """Look for readings near a pose on the map; None where too little is known."""
+        margin = reach + self._match_numbers.reach + 0.3
+        at = beams.moved(*pose)
+        odds, row, column = self._grid.window((at.x.min() - margin, at.y.min() - margin),
+                                              (at.x.max() + margin, at.y.max() + margin))
+        walls = wall_points(odds, row, column, self._grid.numbers.resolution, self._match_numbers.wall)
+        found = match(walls, beams, pose, reach, turn, self._match_numbers) if len(walls) else None
+        numbers = self._numbers
+        if found is None or found.said < numbers.least_count or found.fit < numbers.least_fit:
+            return None
+        return found
+
+    def _tie(self, number: int, found: Match, others: Sequence[int]) -> None:
+        """Tell the graph where a stretch was found relative to those that drew the walls that it heard."""
+        numbers = self._numbers
+        shares = np.array([_support(self._drawn[other].votes, found.hits, self._grid.numbers.resolution)
+                           for other in others])
+        best = np.argsort(-shares, kind="stable")[:int(numbers.contributors)]
+        total = shares[best].sum()
+        slack = np.diag((numbers.slack ** 2, numbers.slack ** 2, numbers.slack_turn ** 2))
+        for other in best:
+            if shares[other] > 0.1 * total:
+                begin = self._graph.pose(int(other))
+                turned = np.eye(3)
+                turned[:2, :2] = ((math.cos(begin.heading), math.sin(begin.heading)),
+                                  (-math.sin(begin.heading), math.cos(begin.heading)))
+                information = np.linalg.inv(turned @ (found.covariance + slack) @ turned.T) * shares[other] / total
+                self._graph.add(Between(int(other), number, relative(begin, found.pose),
+                                        np.linalg.cholesky(information).T, np.zeros((3, 3)), True))
+
+    def _erase(self, number: int) -> None:
+        """Take a stretch off the map."""
+        for votes in self._drawn[number].votes:
+            self._grid.add(votes, -1)
+        self._drawn[number].votes = []
+
+    def _redraw(self, number: int) -> None:
+        """Draw a stretch anew where the graph has it now."""
+        self._erase(number)
+        drawn = self._drawn[number]
+        drawn.pose, drawn.count = self._graph.pose(number), drawn.stretch.heard_count
+        if drawn.count:
+            votes = self._grid.votes(drawn.stretch.beams(self._graph.bias).moved(*drawn.pose))
+            self._grid.add(votes)
+            drawn.votes = [votes]
+
+    def _redraw_one(self) -> None:
+        """Draw a stretch anew: the one that has moved most since it was drawn, if one moved far enough; otherwise now
+        and then the one after the one before, since all that was drawn meanwhile tells better where its echoes were.
+        """
+        self._packets += 1
+        last = np.array([each.pose for each in self._drawn])
+        off = np.abs(self._graph.poses - last)
+        off[:, 2] = np.abs(np.remainder(off[:, 2] + np.pi, 2.0 * np.pi) - np.pi)
+        moved = np.hypot(off[:, 0], off[:, 1]) / self._numbers.redrawn + off[:, 2] / self._numbers.redrawn_turn
+        worst = int(moved.argmax())
+        if moved[worst] > 1.0:
+            self._redraw(worst)
+        elif self._packets % self._numbers.every == 0 and len(self._drawn) > 1:
+            self._next = (self._next + 1) % (len(self._drawn) - 1)
+            self._redraw(self._next)
+
+
+def _support(votes: Sequence[Votes], points: Any, resolution: float) -> float:
+    """Return how much votes have for walls at some points (m)."""
+    total = 0.0
+    for each in votes:
+        column = np.floor(points[:, 0] / resolution).astype(int) - each.column
+        row = np.floor(points[:, 1] / resolution).astype(int) - each.row
+        rows, columns = each.occupied.shape
+        inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+        total += float(each.occupied[row[inside], column[inside]].sum())
+    return total

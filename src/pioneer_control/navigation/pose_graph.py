@@ -1,0 +1,122 @@
+"""Poses that agree best with all that was measured between them: a pose graph.
+
+It also estimates the lasting errors of the wheels: what odometry measured between two poses depends on these. Solved by
+Gauss-Newton with sparse matrices. A measurement that disagrees with all others counts little (Cauchy's weight).
+"""
+
+from typing import Any, List, NamedTuple, Tuple
+
+import numpy as np
+from scipy.sparse import coo_matrix, csc_matrix
+from scipy.sparse.linalg import splu
+
+from ..floor_poses import Pose
+from .wheel_motion import WheelBias
+
+Array = Any     # of numpy
+
+
+class Between(NamedTuple):
+    """A measured pose of one node relative to another.
+
+    Attributes:
+        first, second: numbers of the nodes.
+        pose: pose of the second relative to the first.
+        root: matrix W (3 x 3) with W^T W = inverse of the covariance (m, m, rad).
+        by_bias: matrix (3 x 3): how the measured pose changes with the bias of the wheels. Zero if it does not.
+        doubted: whether it may be entirely wrong.
+    """
+
+    first: int
+    second: int
+    pose: Pose
+    root: Array
+    by_bias: Array
+    doubted: bool
+
+
+class PoseGraph:
+    """Poses (nodes) and what was measured between them. The first node does not move.
+
+    Args:
+        pose: of the first node.
+        spread: standard deviations of the wheels' bias that are expected: share, share, rad/m.
+        doubt: a doubted measurement that is off by this many standard deviations counts half.
+
+    Attributes:
+        poses: of all nodes, array (n, 3).
+        bias: of the wheels.
+    """
+
+    def __init__(self, pose: Pose, spread: Tuple[float, float, float], doubt: float) -> None:
+        self.poses = np.array([pose], dtype=float)
+        self.bias = WheelBias()
+        self._spread, self._doubt = np.array(spread), doubt
+        self._betweens: List[Between] = []
+
+    def add_node(self, pose: Pose) -> int:
+        """Add a node where it is assumed to be, and return its number."""
+        self.poses = np.vstack((self.poses, pose))
+        return len(self.poses) - 1
+
+    def add(self, between: Between) -> None:
+        """Add a measurement."""
+        self._betweens.append(between)
+
+    def drop(self, first: int, second: int) -> None:
+        """Take out the doubted measurements that have this second node, except from the node `first`."""
+        self._betweens = [each for each in self._betweens if not (each.doubted and each.second == second)]
+
+    def pose(self, number: int) -> Pose:
+        """Return the pose of a node."""
+        return Pose(*map(float, self.poses[number]))
+
+    def solve(self, rounds: int = 3) -> None:
+        """Move the nodes to where the measurements want them."""
+        if len(self.poses) < 2:
+            return
+        first = np.array([each.first for each in self._betweens])
+        second = np.array([each.second for each in self._betweens])
+        measured = np.array([each.pose for each in self._betweens])
+        root = np.array([each.root for each in self._betweens])
+        by_bias = np.array([each.by_bias for each in self._betweens])
+        doubted = np.array([each.doubted for each in self._betweens])
+        for _ in range(rounds):
+            self._step(first, second, measured, root, by_bias, doubted)
+
+    def _step(self, first: Array, second: Array, measured: Array, root: Array, by_bias: Array, doubted: Array) -> None:
+        """Make one step of Gauss-Newton."""
+        bias = np.array(self.bias)
+        start, way = self.poses[first], self.poses[second] - self.poses[first]
+        cosine, sine = np.cos(start[:, 2]), np.sin(start[:, 2])
+        error = np.empty_like(measured)
+        expected = measured + by_bias @ bias
+        error[:, 0] = cosine * way[:, 0] + sine * way[:, 1] - expected[:, 0]
+        error[:, 1] = -sine * way[:, 0] + cosine * way[:, 1] - expected[:, 1]
+        error[:, 2] = np.remainder(way[:, 2] - expected[:, 2] + np.pi, 2.0 * np.pi) - np.pi
+        by_second, by_first = np.zeros((len(first), 3, 3)), np.zeros((len(first), 3, 3))
+        by_second[:, 0, 0] = by_second[:, 1, 1] = cosine
+        by_second[:, 0, 1], by_second[:, 1, 0], by_second[:, 2, 2] = sine, -sine, 1.0
+        by_first[:] = -by_second
+        by_first[:, 0, 2] = -sine * way[:, 0] + cosine * way[:, 1]
+        by_first[:, 1, 2] = -cosine * way[:, 0] - sine * way[:, 1]
+
+        error = np.einsum("nij,nj->ni", root, error)
+        weight = np.where(doubted, 1.0 / (1.0 + (error ** 2).sum(axis=1) / self._doubt ** 2), 1.0) ** 0.5
+        count, unknowns = len(first), 3 * len(self.poses) + 3
+        blocks = np.stack((root @ by_first, root @ by_second, -root @ by_bias), axis=1) * weight[:, None, None, None]
+        error *= weight[:, None]
+        place = np.stack((3 * first, 3 * second, np.full(count, unknowns - 3)), axis=1)
+        row = np.broadcast_to((3 * np.arange(count))[:, None, None, None] + np.arange(3)[:, None], blocks.shape)
+        column = np.broadcast_to(place[:, :, None, None] + np.arange(3), blocks.shape)
+        slope = coo_matrix((blocks.ravel(), (row.ravel(), column.ravel())), shape=(3 * count, unknowns)).tocsc()
+        slope = csc_matrix(slope[:, 3:])        # the first node stays
+        normal = (slope.T @ slope).tolil()
+        pull = slope.T @ error.ravel()
+        for axis in range(3):       # the bias that is expected
+            at = unknowns - 6 + axis
+            normal[at, at] += 1.0 / self._spread[axis] ** 2
+            pull[at] += bias[axis] / self._spread[axis] ** 2
+        step = -splu(normal.tocsc()).solve(pull)
+        self.poses[1:] += step[:-3].reshape(-1, 3)
+        self.bias = WheelBias(*(bias + step[-3:]))

@@ -1,0 +1,175 @@
+"""A map from sonar: each firing votes for cells that are free and for cells that are occupied. The grid grows.
+
+The votes of all firings are summed. So the votes of a part of the path can be taken out, and put in again from better
+poses (`submaps`). The sum for a cell is its log-odds to be occupied.
+
+An echo says that something is on its arc, but not where. It gives its votes to the cells of the arc in proportion to
+the present odds of each. Nothing is freed behind a cell that is occupied for sure: sound that meets a slanting wall
+bounces away, and the sonar then hears too far.
+"""
+
+import copy
+import math
+from typing import Any, NamedTuple, Tuple
+
+import numpy as np
+
+from ..maps import FREE, OCCUPIED, UNKNOWN, GridMap
+from .tuned import MapNumbers
+
+Array = Any     # of numpy
+
+_COLUMNS = 13
+"""Directions in a cone, odd, so that one is the axis."""
+_BLOCK = 64
+"""The grid grows by whole blocks of this many cells."""
+
+
+class SonarBeams(NamedTuple):
+    """Firings and where they came from, as arrays of the same length.
+
+    `x`, `y` (m) and `heading` (rad) are of the transducers, `range` (m) is infinite without an echo.
+    """
+
+    x: Array
+    y: Array
+    heading: Array
+    range: Array
+
+    def moved(self, x: float, y: float, heading: float) -> "SonarBeams":
+        """Return the beams in the frame in which their own frame has this pose."""
+        cosine, sine = math.cos(heading), math.sin(heading)
+        return SonarBeams(x + self.x * cosine - self.y * sine, y + self.x * sine + self.y * cosine,
+                          self.heading + heading, self.range)
+
+
+class Votes(NamedTuple):
+    """What some firings say about the cells of a window.
+
+    `row` and `column` are the first of the window, counted from the cell at the origin of the frame; they may be
+    negative. `free` and `occupied` are arrays of log-odds, none negative.
+    """
+
+    row: int
+    column: int
+    free: Array
+    occupied: Array
+
+
+class SonarGrid:
+    """The sum of votes. Its frame is the map frame; the cell (0, 0) has its corner at the origin.
+
+    Args:
+        numbers: how firings become votes.
+    """
+
+    def __init__(self, numbers: MapNumbers) -> None:
+        self.numbers = numbers
+        self._row = self._column = -_BLOCK // 2
+        self._odds = np.zeros((_BLOCK, _BLOCK), dtype=np.float32)
+        self._seen = np.zeros((_BLOCK, _BLOCK), dtype=np.float32)
+        angles = np.linspace(-1.0, 1.0, _COLUMNS)
+        self._angles = angles * numbers.half_cone
+        step = numbers.resolution
+        self._distances = np.arange(step, numbers.reach, step)
+        # Weights of free cells (columns, distances): less off the axis, less far away, less where columns are close.
+        crowded = np.minimum(1.0, self._distances * numbers.half_cone * 2.0 / (_COLUMNS - 1) / step)
+        self._free = (numbers.free * (1.0 - numbers.aside * angles[:, None] ** 2)
+                      * (1.0 - numbers.far * self._distances / numbers.reach) * crowded).astype(np.float32)
+
+    def votes(self, beams: SonarBeams) -> Votes:
+        """Return what firings say, when all that the grid has now is taken into account. Frame: that of the map."""
+        numbers = self.numbers
+        step = numbers.resolution
+        if not len(beams.x):
+            return Votes(0, 0, np.zeros((1, 1), np.float32), np.zeros((1, 1), np.float32))
+        low = _cell(min(beams.x.min(), 1e9) - numbers.reach, step), _cell(beams.y.min() - numbers.reach, step)
+        high = _cell(beams.x.max() + numbers.reach, step), _cell(beams.y.max() + numbers.reach, step)
+        self._grow(low[1], low[0], high[1] + 1, high[0] + 1)
+        shape = high[1] - low[1] + 1, high[0] - low[0] + 1
+        window = self._odds[low[1] - self._row:, low[0] - self._column:][:shape[0], :shape[1]]
+
+        silent = ~np.isfinite(beams.range)
+        direction = beams.heading[:, None] + self._angles
+        cosine, sine = np.cos(direction), np.sin(direction)
+        # free: points (beams, columns, distances), up to the echo or to a wall
+        until = np.where(silent, numbers.reach_of_silence, beams.range - numbers.short_of)
+        used = self._distances[self._distances < max(until.max(), step)]
+        column = np.floor((beams.x[:, None, None] + cosine[:, :, None] * used) / step).astype(np.int32) - low[0]
+        row = np.floor((beams.y[:, None, None] + sine[:, :, None] * used) / step).astype(np.int32) - low[1]
+        cell = row * shape[1] + column
+        odds = np.ascontiguousarray(window).ravel()
+        # Behind the first sure wall: two cells of grace, since the wall itself is one or two cells thick.
+        hidden = np.maximum.accumulate(odds[cell] > numbers.hides, axis=2)
+        weight = np.where(hidden | (used > until[:, None, None]), np.float32(0.0), self._free[:, :len(used)])
+        weight *= np.where(silent, numbers.silent, 1.0).astype(np.float32)[:, None, None]
+        count = shape[0] * shape[1]
+        free = np.bincount(cell.ravel(), weight.ravel(), count)
+
+        # occupied: points (beams, columns) on the arc, in proportion to their odds
+        heard = ~silent & (beams.range < numbers.reach)
+        distance = np.where(heard, beams.range, step)[:, None]
+        column = np.floor((beams.x[:, None] + cosine * distance) / step).astype(np.int32) - low[0]
+        row = np.floor((beams.y[:, None] + sine * distance) / step).astype(np.int32) - low[1]
+        cell = row * shape[1] + column
+        share = np.exp(np.clip(odds[cell], -numbers.certain, numbers.certain))
+        share *= (numbers.occupied * heard / share.sum(axis=1))[:, None]
+        occupied = np.bincount(cell.ravel(), share.ravel(), count)
+        return Votes(low[1], low[0], free.reshape(shape).astype(np.float32), occupied.reshape(shape).astype(np.float32))
+
+    def add(self, votes: Votes, sign: int = 1) -> None:
+        """Add votes to the sums; with `sign` -1 take them out."""
+        rows, columns = votes.free.shape
+        self._grow(votes.row, votes.column, votes.row + rows, votes.column + columns)
+        window = np.s_[votes.row - self._row:votes.row - self._row + rows,
+                       votes.column - self._column:votes.column - self._column + columns]
+        self._odds[window] += sign * (votes.occupied - votes.free)
+        self._seen[window] += sign * (votes.occupied + votes.free)
+
+    def copy(self) -> "SonarGrid":
+        """Return a grid with the same sums, which goes its own way."""
+        other = copy.copy(self)
+        other._odds, other._seen = self._odds.copy(), self._seen.copy()
+        return other
+
+    def window(self, low: Tuple[float, float], high: Tuple[float, float]) -> Tuple[Array, int, int]:
+        """Return the log-odds of a part of the map, with its first row and column (of the whole lattice).
+
+        Args:
+            low: smallest x and y (m).
+            high: largest x and y (m).
+        """
+        step = self.numbers.resolution
+        column, row = _cell(low[0], step), _cell(low[1], step)
+        end_column, end_row = _cell(high[0], step) + 1, _cell(high[1], step) + 1
+        self._grow(row, column, end_row, end_column)
+        return (self._odds[row - self._row:end_row - self._row,
+                           column - self._column:end_column - self._column].copy(), row, column)
+
+    def grid_map(self) -> GridMap:
+        """Return the map as it is now, as large as what was seen."""
+        rows, columns = np.nonzero(self._seen > 1e-4)
+        if not len(rows):
+            return GridMap(np.full((1, 1), UNKNOWN, np.int8), self.numbers.resolution, (0.0, 0.0))
+        odds = self._odds[rows.min():rows.max() + 1, columns.min():columns.max() + 1]
+        cells = np.full(odds.shape, UNKNOWN, np.int8)
+        cells[odds < self.numbers.floor] = FREE
+        cells[odds > self.numbers.wall] = OCCUPIED
+        return GridMap(cells, self.numbers.resolution, ((self._column + int(columns.min())) * self.numbers.resolution,
+                                                        (self._row + int(rows.min())) * self.numbers.resolution))
+
+    def _grow(self, row: int, column: int, end_row: int, end_column: int) -> None:
+        """Let the grid have these rows and columns."""
+        rows, columns = self._odds.shape
+        before = [max(0, -(-(mine - wanted) // _BLOCK)) * _BLOCK
+                  for mine, wanted in ((self._row, row), (self._column, column))]
+        after = [max(0, -(-(wanted - mine) // _BLOCK)) * _BLOCK
+                 for mine, wanted in ((self._row + rows, end_row), (self._column + columns, end_column))]
+        if any(before + after):
+            margins = tuple(zip(before, after))
+            self._odds, self._seen = np.pad(self._odds, margins), np.pad(self._seen, margins)
+            self._row, self._column = self._row - before[0], self._column - before[1]
+
+
+def _cell(value: float, step: float) -> int:
+    return math.floor(value / step)

@@ -1,0 +1,178 @@
+"""A map is made while a robot drives, and corrects its odometry."""
+
+import functools
+import math
+
+import numpy as np
+import pytest
+
+from pioneer_control.floor_poses import Pose, compose
+from pioneer_control.maps import FREE, OCCUPIED, UNKNOWN
+from pioneer_control.navigation.mapping import Mapper
+from pioneer_control.navigation.sonar_grid import SonarBeams, SonarGrid
+from pioneer_control.navigation.tuned import MapNumbers
+from pioneer_control.navigation.values import Firing, Sensing
+from pioneer_control.robots import find_model
+
+ROOM = 5.0, 4.0
+SONAR = find_model("p3dx-sh").sonar
+
+
+def heard(x, y, heading):
+    """The range that a transducer hears in a room whose corner is at the origin: the nearest wall in its cone."""
+    nearest = math.inf
+    for off in np.radians(np.arange(-12.0, 12.1, 2.0)):
+        cosine, sine = math.cos(heading + off), math.sin(heading + off)
+        across = (ROOM[0] - x) / cosine if cosine > 1e-9 else -x / cosine if cosine < -1e-9 else math.inf
+        along = (ROOM[1] - y) / sine if sine > 1e-9 else -y / sine if sine < -1e-9 else math.inf
+        nearest = min(nearest, across, along)
+    return nearest if nearest < 5.0 else math.inf
+
+
+@functools.lru_cache(maxsize=None)
+def rounds(veer=0.0, count=2):
+    """Drive round the room; the odometry turns too much by `veer` (rad/m). Returns sensings and true poses."""
+    true, odometry, sensings, truth, time = Pose(1.2, 1.2, 0.0), Pose(0.0, 0.0, 0.0), [], [], 0.0
+    ways = [(ROOM[0] - 2.4, math.pi / 2), (ROOM[1] - 2.4, math.pi / 2)] * 2 * count
+    steps = [step for way, turn in ways for step in
+             [(0.05, 0.0)] * round(way / 0.05) + [(0.0, turn / 40)] * 40]
+    for number, (forward, turn) in enumerate(steps):
+        true = compose(true, Pose(forward, 0.0, turn))
+        odometry = compose(odometry, Pose(forward, 0.0, turn + veer * forward))
+        time += 0.1
+        firings = []
+        for each in (SONAR[(2 * number) % 16], SONAR[(2 * number + 1) % 16]):
+            at = compose(true, Pose(each.x, each.y, each.heading))
+            firings.append(Firing(each.number, heard(*at), time))
+        sensings.append(Sensing(time, odometry, tuple(firings)))
+        truth.append(true)
+    return sensings, truth
+
+
+def mapped(sensings, pose, corrects=True):
+    mapper = Mapper(SONAR, pose=pose, corrects=corrects)
+    return mapper, [mapper.update(sensing) for sensing in sensings]
+
+
+def worst(poses, truth):
+    return max(math.hypot(a.x - b.x, a.y - b.y) for a, b in zip(poses, truth))
+
+
+def test_a_room_has_walls_and_a_floor():
+    sensings, truth = rounds(0.0, 1)
+    mapper, _ = mapped(sensings, truth[0])
+    mapper.finish()
+    found = mapper.grid_map()
+    assert found.at(2.5, 2.0) == FREE
+    assert found.at(-1.0, 2.0) == UNKNOWN
+    for x, y in ((0.0, 2.0), (5.0, 2.0), (2.5, 0.0), (2.5, 4.0)):
+        around = found.at(*np.meshgrid(x + np.arange(-0.1, 0.11, 0.05), y + np.arange(-0.1, 0.11, 0.05)))
+        assert (around == OCCUPIED).any()
+
+
+def test_it_corrects_an_odometry_that_veers():
+    sensings, truth = rounds(0.02)
+    _, plain = mapped(sensings, truth[0], corrects=False)
+    mapper, own = mapped(sensings, truth[0])
+    assert worst(plain, truth) > 0.5
+    assert worst(own, truth) < 0.25
+
+
+def test_it_learns_how_the_wheels_err():
+    """Where all turns go to one side, nobody can tell a veer from turns that are too small: their sum counts."""
+    sensings, truth = rounds(0.02)
+    mapper, _ = mapped(sensings, truth[0])
+    way = 2.0 * (ROOM[0] - 2.4 + ROOM[1] - 2.4)
+    assert mapper.bias.veer * way + mapper.bias.turning * 2.0 * math.pi == pytest.approx(-0.02 * way, rel=0.3)
+
+
+def test_the_same_data_give_the_same_map():
+    sensings, truth = rounds(0.02, 1)
+    first, second = (mapped(sensings, truth[0])[0] for _ in range(2))
+    assert first.grid_map() == second.grid_map()
+    assert first.pose == second.pose
+
+
+def test_asking_for_the_map_changes_nothing():
+    sensings, truth = rounds(0.02, 1)
+    asked = Mapper(SONAR, pose=truth[0])
+    for number, sensing in enumerate(sensings):
+        asked.update(sensing)
+        if number % 10 == 0:
+            asked.grid_map()
+    mapper, _ = mapped(sensings, truth[0])
+    assert asked.pose == mapper.pose
+    assert asked.grid_map() == mapper.grid_map()
+
+
+def test_it_begins_at_zero_unless_told_otherwise():
+    sensings, _ = rounds()
+    assert Mapper(SONAR).update(sensings[0]) == Pose(0.0, 0.0, 0.0)
+    assert Mapper(SONAR, pose=Pose(3.0, 2.0, 1.0)).update(sensings[0]) == Pose(3.0, 2.0, 1.0)
+
+
+def test_a_map_of_nothing_is_unknown():
+    assert (Mapper(SONAR).grid_map().cells == UNKNOWN).all()
+
+
+def test_standing_teaches_nothing_new():
+    sensings, truth = rounds()
+    mapper, _ = mapped(sensings[:40], truth[0])
+    before = mapper.grid_map()
+    still = sensings[39]
+    for number in range(200):
+        time = still.time + 0.1 * (number + 1)
+        mapper.update(still._replace(time=time, firings=(Firing(0, 0.4, time),)))
+    once = mapper.grid_map()
+    changed = (once.at(*cells_of(before)) != before.cells.ravel()).sum()
+    assert changed < 30
+
+
+def cells_of(grid_map):
+    rows, columns = np.indices(grid_map.cells.shape)
+    return grid_map.middle(rows.ravel(), columns.ravel())
+
+
+# --- sonar_grid ---
+
+def beams(*each):
+    return SonarBeams(*map(np.array, zip(*each)))
+
+
+def filled(grid, *each, times=1):
+    for _ in range(times):
+        grid.add(grid.votes(beams(*each)))
+    return grid.grid_map()
+
+
+def test_an_echo_frees_its_way_and_occupies_its_arc():
+    found = filled(SonarGrid(MapNumbers()), (0.0, 0.0, 0.0, 1.5), times=20)
+    assert found.at(0.8, 0.0) == FREE
+    assert found.at(1.51, 0.01) == OCCUPIED
+    assert found.at(1.8, 0.0) == UNKNOWN
+
+
+def test_nothing_is_freed_behind_a_wall():
+    grid = SonarGrid(MapNumbers())
+    for y in np.arange(-0.5, 0.5, 0.05):
+        filled(grid, (0.0, y, 0.0, 1.03), times=10)
+    behind = filled(grid, (0.0, 0.0, 0.0, 2.2), times=30)
+    assert behind.at(1.03, 0.03) == OCCUPIED
+    assert behind.at(1.6, 0.0) == UNKNOWN
+    assert filled(SonarGrid(MapNumbers()), (0.0, 0.0, 0.0, 2.2), times=30).at(1.6, 0.0) == FREE
+
+
+def test_votes_can_be_taken_out_again():
+    grid = SonarGrid(MapNumbers())
+    votes = grid.votes(beams((0.0, 0.0, 1.0, 1.5), (3.0, -7.0, 2.0, math.inf)))
+    grid.add(votes)
+    grid.add(votes, -1)
+    assert (grid.grid_map().cells == UNKNOWN).all()
+
+
+def test_the_grid_grows_without_moving_what_it_has():
+    grid = SonarGrid(MapNumbers())
+    before = filled(grid, (0.0, 0.0, 0.0, 1.5), times=20)
+    after = filled(grid, (-30.0, 25.0, 0.0, 1.5), times=20)
+    assert after.at(1.51, 0.01) == before.at(1.51, 0.01) == OCCUPIED
+    assert after.at(-28.49, 25.01) == OCCUPIED

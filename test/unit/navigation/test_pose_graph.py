@@ -1,0 +1,67 @@
+"""Poses that agree with what was measured between them."""
+
+import math
+
+import numpy as np
+import pytest
+
+from pioneer_control.floor_poses import Pose, compose, relative
+from pioneer_control.navigation.pose_graph import Between, PoseGraph
+
+NONE = np.zeros((3, 3))
+
+
+def square(bend=0.0, by_bias=NONE):
+    """A way round a square, 8 steps of 1 m; odometry turns too far by `bend` (rad) each."""
+    truth, graph = [Pose(0.0, 0.0, 0.0)], PoseGraph(Pose(0.0, 0.0, 0.0), (0.1, 0.1, 0.1), 3.0)
+    for number in range(8):
+        step = Pose(1.0, 0.0, math.pi / 2 if number % 2 else 0.0)
+        truth.append(compose(truth[-1], step))
+        wrong = step._replace(heading=step.heading + bend)
+        graph.add_node(compose(graph.pose(number), wrong))
+        graph.add(Between(number, number + 1, wrong, np.diag((50.0, 50.0, 20.0)), by_bias, False))
+    return graph, truth
+
+
+def worst(graph, truth):
+    return max(math.hypot(*(graph.poses[number, :2] - pose[:2])) for number, pose in enumerate(truth))
+
+
+def closing(truth, first, second, wrong=Pose(0.0, 0.0, 0.0)):
+    return Between(first, second, compose(relative(truth[first], truth[second]), wrong),
+                   np.diag((50.0, 50.0, 50.0)), NONE, True)
+
+
+def test_a_loop_that_closes_takes_the_error_out():
+    graph, truth = square(0.05)
+    before = worst(graph, truth)
+    graph.add(closing(truth, 0, 8))
+    graph.solve(10)
+    assert before > 0.5
+    assert worst(graph, truth) < 0.3 * before
+    assert graph.pose(0) == Pose(0.0, 0.0, 0.0)
+
+
+def test_what_lasts_is_put_on_the_wheels():
+    by_veer = np.zeros((3, 3))
+    by_veer[2, 2] = 1.0
+    graph, truth = square(0.05, by_veer)
+    graph.add(closing(truth, 0, 8))
+    graph.solve(10)
+    assert graph.bias.veer == pytest.approx(-0.05, abs=0.005)
+    assert worst(graph, truth) < 0.1
+
+
+def test_a_false_closing_among_true_ones_counts_little():
+    graph, truth = square()
+    for first in range(5):
+        graph.add(closing(truth, first, first + 4))
+    graph.add(closing(truth, 0, 8, Pose(1.5, 0.5, 0.5)))
+    graph.solve(10)
+    assert worst(graph, truth) < 0.05
+
+
+def test_without_measurements_nothing_moves():
+    graph = PoseGraph(Pose(1.0, 2.0, 0.5), (0.1, 0.1, 0.1), 3.0)
+    graph.solve()
+    assert graph.pose(0) == Pose(1.0, 2.0, 0.5)
