@@ -212,6 +212,20 @@ def is_offered(service: str, timeout: float) -> Optional[bool]:
     return None
 
 
+def is_player(node: str) -> bool:
+    """Return whether a node has the default name of `rosbag play`: play_<time>, in any namespace."""
+    return node.rpartition("/")[2].startswith("play_")
+
+
+def bag_player(message: Any, timeout: float = 0.3) -> Optional[bool]:
+    """Return whether a bag player (`rosbag play`) sent a message: by its name, or because it offers pause_playback.
+
+    None when the master does not answer in ``timeout`` seconds.
+    """
+    node = (getattr(message, "_connection_header", None) or {}).get("callerid", "")
+    return is_player(node) or is_offered(node + "/pause_playback", timeout)
+
+
 def listeners(timeout: float) -> Dict[str, List[str]]:
     """Return for each topic the names of its subscriber nodes. Empty if the master does not answer in ``timeout`` s."""
     with contextlib.suppress(*NO_ANSWER), peer(rosgraph.get_master_uri(), timeout) as master:

@@ -34,12 +34,12 @@ ROOMS = {
     "robots": {"p2os", "parameters"},
     "client": {"port_url", "p2os", "robots"},
     "maps": {"floor_poses", "parameters", "whole_file"},
-    "navigation": {"floor_poses", "maps", "parameters", "robots"},
+    "navigation": {"floor_poses", "maps", "message_values", "parameters", "robots"},
     "driver": {"message_values", "standard_messages", "parameters", "port_url", "ros_node", "p2os", "robots", "client",
                "msg"},
     "simulator": {"message_values", "parameters", "ros_node", "pictures", "maps", "p2os", "robots"},
     # robots: the outline, where a driver does not tell it
-    "tutorial": {"floor_poses", "message_values", "ros_node", "robots", "msg"},
+    "tutorial": {"floor_poses", "message_values", "ros_node", "robots", "msg", "srv"},
     "teleop": {"message_values", "ros_node", "msg"},
     # robots: where the sonar of an old bag looks
     "bags": {"message_values", "parameters", "port_url", "ros_node", "standard_messages", "whole_file", "pictures",
@@ -50,14 +50,16 @@ ROOMS = {
 }
 # Files that may use ROS, by the start of their path in the package.
 ROS_PLACES = ("ros_node.py", "standard_messages.py", "driver/", "tutorial/", "bags/", "teleop/node.py",
-              "web/graph.py", "web/node.py", "simulator/node.py")
+              "navigation/node/", "web/graph.py", "web/node.py", "simulator/node.py")
 ROS_MODULES = {"rospy", "tf", "tf2_ros", "dynamic_reconfigure", "genpy", "rosbag", "rosgraph", "roslaunch", "roslib",
                "rospkg", "rostest", "rostopic", "nav_msgs", "geometry_msgs", "sensor_msgs", "std_msgs", "std_srvs",
-               "tf2_msgs", "rosgraph_msgs", "diagnostic_msgs", "diagnostic_updater", "visualization_msgs"}
+               "tf2_msgs", "actionlib", "actionlib_msgs", "move_base_msgs", "rosgraph_msgs", "diagnostic_msgs",
+               "diagnostic_updater", "visualization_msgs"}
 # Heavy or special libraries, and the only places that may use them.
 LIBRARY_PLACES = {"serial": ("client/serial_port",), "websocket": ("client/web_socket",),
                   "matplotlib": ("bags/", "simulator/picture"), "PIL": ("maps/ros_map",), "tqdm": ("bags/",),
-                  "evdev": ("teleop/gamepad",), "tornado": ("web/server.py",), "qrcode": ("web/qr.py",)}
+                  "evdev": ("teleop/gamepad",), "scipy": ("navigation/",), "tornado": ("web/server.py",),
+                  "qrcode": ("web/qr.py",)}
 
 # Modules that come with packages that package.xml names: genpy with message_runtime, rosgraph and rospkg with rospy.
 PART_OF_ANOTHER = {"genpy", "rosgraph", "rospkg"}
@@ -96,6 +98,8 @@ def trespasses(path: str, text: str) -> List[str]:
         allowed |= {"msg", "srv"}
     if path == "navigation/map_files.py":       # one reader of maps and worlds for both
         allowed |= {"simulator"}
+    if path.startswith("navigation/node/"):
+        allowed |= {"msg", "srv", "ros_node"}
     found = []
     for module, line in imports(text, package):
         top, _, rest = module.partition(".")

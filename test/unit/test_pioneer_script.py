@@ -424,6 +424,8 @@ def test_a_shell_completes_names_of_packages(clone):
 
 # Which of Debian's packages brings what package.xml names.
 BROUGHT_BY = {
+    "actionlib": "python3-actionlib", "actionlib_msgs": "python3-actionlib-msgs",
+    "move_base_msgs": "python3-move-base-msgs",
     "catkin": "ros-core-python-dev", "geometry_msgs": "ros-core-python-dev",
     "message_generation": "ros-core-python-dev",
     "message_runtime": "ros-core-python-dev", "nav_msgs": "ros-core-python-dev",
@@ -440,7 +442,7 @@ BROUGHT_BY = {
 # Needed by the build itself, by those above for their package.xml,
 # or by mypy (Debian has its stubs for libraries in a package of their own).
 BUILD_TOOLS = {"cmake", "make", "g++", "python3-typeshed", "rosbash", "librostest-dev", "libtf-dev", "libtf2-msgs-dev",
-               "libsensor-msgs-dev",
+               "libsensor-msgs-dev", "libactionlib-msgs-dev", "libmove-base-msgs-dev",
                "libdynamic-reconfigure-config-init-mutex-dev", "libdiagnostic-updater-dev",
                "libdiagnostic-aggregator-dev"}
 

@@ -6,7 +6,7 @@ robot must not keep what nobody else expects. So silence means: put back. No ROS
 
 import threading
 from dataclasses import replace
-from typing import Callable, Optional
+from typing import Callable, FrozenSet, Optional
 
 from ..client.tuning import Tuning
 from ..errors import RefusedError, UsageError
@@ -40,14 +40,19 @@ class BorrowedAccelerations:
         self._own, self._tune = own, tune
         self._lock = threading.Lock()
         self._wish: Optional[Tuning] = None
+        self._wished: FrozenSet[str] = frozenset()
         self._borrower, self._until = "", 0.0
+
+    def changes(self, name: str) -> bool:
+        """Return whether the newest change of a setting was somebody's wish, or its end, and not the user's own."""
+        return name in self._wished
 
     def change_own(self, own: Tuning) -> None:
         """Use new settings of the user. A wish stays over them."""
         with self._lock:
             wanted = own if self._wish is None else self._over(own)
             self._tune(wanted)
-            self._own = own
+            self._own, self._wished = own, frozenset()
 
     def borrow(self, wish: object, borrower: str, now: float) -> bool:
         """Give the robot the accelerations of a wish, for the next `LIFETIME` seconds.
@@ -77,6 +82,7 @@ class BorrowedAccelerations:
             is_new = self._wish is None or self._borrower != borrower
             if tuning != self._wish:
                 before, self._wish = self._wish, tuning
+                self._wished = frozenset(tuning.values)
                 try:
                     self._tune(self._over(self._own))
                 except Exception:

@@ -181,7 +181,8 @@ class DriverNode:
     def _tuned(self, event: Tuned) -> None:
         names = {name: ours for ours, name in TUNING.items()}
         for change in event.changes:
-            (rospy.logwarn if change.problem else rospy.loginfo)("~%s", change._replace(name=names[change.name]))
+            told = rospy.logdebug if self._borrowed.changes(change.name) else rospy.loginfo
+            (rospy.logwarn if change.problem else told)("~%s", change._replace(name=names[change.name]))
 
     def _link_down(self, event: LinkDown) -> None:
         if event.retry_in < 0:

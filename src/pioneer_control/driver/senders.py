@@ -3,16 +3,11 @@
 from time import monotonic
 from typing import Any, Callable, Dict, Optional, Tuple
 
-from ..ros_node import is_offered
+from ..ros_node import is_offered, is_player
 from .notices import Watch
 
 MASTER_TIMEOUT = 0.3
 """The time-out (s) of a request to the ROS master. After a time-out, no request is sent for the same time."""
-
-
-def is_player(node: str) -> bool:
-    """Return whether a node has the default name of `rosbag play`: play_<time>, in any namespace."""
-    return node.rpartition("/")[2].startswith("play_")
 
 
 class Senders:

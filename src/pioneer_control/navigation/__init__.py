@@ -2,6 +2,8 @@
 
 ``values``           what the robot senses and is told; ``firings``: when each sonar fired; ``senses``:
                      both from the topics of a robot
+``pilot``            all of it for one robot: the front for the node and for benches
+``node``             the ROS node, a folder
 ``map_files``        loads maps with their named places
 ``tuned``            all numbers that were tuned, and what each does
 
@@ -32,7 +34,7 @@ A map where there is none:
 ``pose_graph``       moves all stretches to where they agree best
 
 Everything here is pure: maps, what the robot sensed, and time go in; poses, maps, plans and velocities come out. There
-is no ROS, no clock and no thread but in ``node``.
+is no ROS, no clock and no thread but in the folder ``node``.
 
 Lengths are in metres, angles in radians, counter-clockwise positive; times in seconds (REP 103). Poses are in the map
 frame unless the name says ``odometry``.

@@ -17,7 +17,7 @@ from .driving import STOP, Around, SteeringChoice, Steering
 from .frames import into, out_of
 from .obstacles import Obstacles, cells_near, edge_cells
 from .planning import DrivableFloor, Point, RoutePlan
-from .tuned import NavigatorNumbers, ObstacleNumbers, PlanningNumbers, SteeringNumbers
+from .tuned import NavigationNumbers
 from .values import Sensing, Twist
 
 Array = Any     # of numpy
@@ -72,15 +72,6 @@ class Decision(NamedTuple):
     twist: Twist
     state: State
     reason: str
-
-
-class NavigationNumbers(NamedTuple):
-    """The tuned numbers of all parts that a navigator uses."""
-
-    planning: PlanningNumbers = PlanningNumbers()
-    obstacles: ObstacleNumbers = ObstacleNumbers()
-    steering: SteeringNumbers = SteeringNumbers()
-    navigator: NavigatorNumbers = NavigatorNumbers()
 
 
 class Accelerations(NamedTuple):

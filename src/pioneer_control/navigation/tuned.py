@@ -4,6 +4,7 @@ They were tuned with bench/navigation.py on its seeds 1000 to 1999. Each of them
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from ..parameters import Number, Whole, parameter
 
@@ -213,3 +214,13 @@ class MapperNumbers:
     redrawn: float = parameter(0.01, Number(0.001, 0.2), "a stretch that moved so far is drawn anew", "m")
     redrawn_turn: float = parameter(0.006, Number(0.0005, 0.1), "the same for its heading", "rad")
     every: int = parameter(10, Whole(1, 1000), "packets, until the next stretch is drawn anew without a reason")
+
+
+class NavigationNumbers(NamedTuple):
+    """The tuned numbers of all parts of navigation."""
+
+    localisation: LocalisationNumbers = LocalisationNumbers()
+    planning: PlanningNumbers = PlanningNumbers()
+    obstacles: ObstacleNumbers = ObstacleNumbers()
+    steering: SteeringNumbers = SteeringNumbers()
+    navigator: NavigatorNumbers = NavigatorNumbers()

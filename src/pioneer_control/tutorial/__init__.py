@@ -17,7 +17,10 @@ Files that import ROS:
 
 - `pioneer`: the class `Pioneer`, which ``nodes/rosPioneer2.py`` and programs of users use.
 - `reports`: subscribes to the topics of the robot.
+- `following`: drives by the decisions of a wander, and says them.
+- `getting_ready`: waits for the driver, and says what is missing.
 - `commander`: publishes commands to the robot.
+- `travel`: sends the robot to places on the map; loaded only where a program navigates.
 
 The tutorial "Controlling Pioneers using p2os (Python)" on the ROS wiki is by Gautham Das. docs/tutorial.md describes
 our changes.

@@ -13,7 +13,8 @@
 import math
 import numbers
 import time
-from typing import List, Optional, Sequence, Tuple
+from functools import partial
+from typing import TYPE_CHECKING, Optional, Sequence, Tuple, Union
 
 import rospy
 
@@ -22,20 +23,23 @@ from ..floor_poses import Pose
 from ..message_values import GripCommand, LiftCommand
 from ..robots import find_model
 from .commander import Commander
+from .following import LOOK_AGAIN, SILENCE, follow
+from .getting_ready import wait_until_ready
 from .pick import CLOSE, LOWER, OPEN, PICK, RAISE, Outcome, Step, holds, judge
 from .reports import Reports, Stopwatch
 from .snapshot import Grip, Heard, Lift, RobotShape, Snapshot
-from .wander import SPEED, STALE, can_leave, no_news
+from .wander import SPEED, can_leave
 from .wandering import WanderEnd, Wandering
+
+if TYPE_CHECKING:
+    from .travel import Travel
 
 CONNECT_TIMEOUT = 15.0  #: s, time-out for the driver and its first data; a robot may need 10 s to answer
 LISTENERS_TIMEOUT = 2.0  #: s, time-out for other subscribers; a subscriber that crashed never connects
 MOTORS_TIMEOUT = 5.0  #: s, time-out for the robot to report that its motors are on
 STEP_TIMEOUT = 10.0  #: s, time-out for one movement of the gripper; the slowest takes 3.5 s
 ASK_AGAIN = 0.5  #: s between two requests for the motors
-SILENCE = 2.0  #: s without sensor data before this is logged; with slow simulated time all messages come late
-TELL_AGAIN = 15.0  #: s after which a message of the same kind is logged again, with new numbers
-LOOK_AGAIN = 0.25  #: s between two checks for new sensor data
+LEAVE = 5.0  #: s of a wander that leaves an object behind before a way to a place begins
 
 
 class Pioneer:
@@ -70,6 +74,7 @@ class Pioneer:
         self._limits, self._wanders = {"begin_at": begin_at, "end_at": end_at}, 0
         self._leaving = False  # something was put down just before
         known = Heard(robot=RobotShape.of_model(find_model(model)), has_gripper=gripper) if model else Heard()
+        self._travel: Optional["Travel"] = None
         self._commander = Commander(self._prefix)
         self._reports = Reports(self._prefix, known)
         rospy.on_shutdown(self.close)
@@ -141,14 +146,7 @@ class Pioneer:
             NoAnswerError: a subscriber or a message did not come within `timeout` seconds. The error message names the
                 topics.
         """
-        passed, wait = Stopwatch(), self._reports.wait
-        if not rospy.get_time():
-            rospy.loginfo("waiting for the time on /clock: use_sim_time is set")
-        if not wait(lambda: not self._missing(), timeout) and passed() < timeout:
-            rospy.logwarn(
-                "ROS time stands or is slow (use_sim_time is set): waiting on for %s", ", ".join(self._missing()))
-        if not wait(lambda: not self._missing(), timeout - passed(), passed):
-            raise NoAnswerError("after %.0f s still no %s. %s" % (timeout, ", ".join(self._missing()), self._advice()))
+        wait_until_ready(self._prefix, self._reports, self._commander, timeout)
         self._commander.wait_for_listeners(LISTENERS_TIMEOUT)
 
     def enable_motors(self, timeout: float = MOTORS_TIMEOUT) -> None:
@@ -164,31 +162,6 @@ class Pioneer:
                     "the motors stay off after %.0f s of asking: %s" % (timeout, self._reports.why_motors_off()))
             self._commander.enable_motors()
             self._reports.wait(lambda: self._reports.heard.motors, ASK_AGAIN)
-
-    def _missing(self) -> List[str]:
-        """Return the names of the topics that have no subscriber or no message yet, for people."""
-        heard = self._reports.heard
-        return self._commander.unheard() + [name for name, there in (
-            ("/clock", rospy.rostime.is_wallclock() or rospy.get_time()),
-            (self._prefix + "robot_info", heard.robot),
-            (self._prefix + "pose", heard.pose),
-            (self._prefix + "motor_state", heard.motors is not None),
-            (self._prefix + "sonar (is use_sonar on?)", heard.ranges),
-            (self._prefix + "gripper_state", heard.grip or not self.has_gripper),
-        ) if not there]
-
-    def _advice(self) -> str:
-        """Return what the user can do about the missing topics, in one or two sentences."""
-        if self._missing() == [self._prefix + "robot_info"]:
-            return (
-                "A driver runs, but not this package's: it tells neither the robot's outline nor where its sonars "
-                "look. Name the model, and both come from a table: _model:=p3dx-sh, or Pioneer(model=...) in a program "
-                "of your own. python3 -m pioneer_control.robots lists the models")
-        if not self._commander.unheard() and not self._reports.heard.pose:
-            return "A driver listens, but has told nothing of its robot. Has it a link? Its log says why not"
-        return (
-            "Does the driver run (roslaunch pioneer_control pioneer.launch sim:=true, or with the port of your robot), "
-            "and in this namespace?")
 
     # Driving
 
@@ -238,7 +211,8 @@ class Pioneer:
             self.gripper_lower()
         wandering = self._begin_wander(duration, stop_at_can)
         try:
-            self._go_on(wandering, duration)
+            follow(wandering, duration, self._reports, self.drive, self.stop,
+                   partial(self._commander.tell, self._wanders, wandering))
         finally:
             self._seed = wandering.memory.seed
             self.stop()
@@ -257,29 +231,65 @@ class Pioneer:
         leaving, self._leaving = self._leaving, False
         return Wandering(self._seed, self._speed, duration, stop_at_can=stop_at_can, leaving=leaving, **limits)
 
-    def _go_on(self, wandering: Wandering, duration: float) -> None:
-        """Decide and drive until the wander ends, or until `duration` seconds have passed and no sensor data come."""
-        narrator, passed, news = Narrator(), Stopwatch(), time.monotonic()
-        sights = self._reports.sights
-        while wandering.end is None:
-            move, newest = None, wandering.newest
-            if self._reports.wait(lambda: sights, LOOK_AGAIN):
-                seen_at, sight = sights.popleft()
-                move = wandering.decide(sight, self._reports.heard)
-                if wandering.newest != newest:
-                    news = seen_at
-            age = time.monotonic() - news
-            if age > STALE:  # also when stamps do not advance: the robot must not drive on while ROS time is paused
-                self.stop()
-                if age > SILENCE and not sights:    # there is no silence while sights still wait for a decision
-                    narrator.tell(no_news(age).reason)
-                if passed() >= duration and not wandering.waits:
-                    return
-            elif move and not sights:
-                self.drive(move.linear, move.angular)
-                narrator.tell(move.reason)
-            if move:
-                self._commander.tell(self._wanders, wandering, sight, move)
+    # Places on the map: with navigation (navigate.launch), this package's or another with the names of move_base
+
+    def where(self) -> Optional[Pose]:
+        """Return where the robot is on the map (m, rad). None while it does not know.
+
+        Raises:
+            NoAnswerError: there is no navigation.
+        """
+        return self.navigation.where()
+
+    def go_to(self, place: Union[str, float], y: Optional[float] = None, heading: Optional[float] = None) -> bool:
+        """Drive to a place on the map and wait until the robot is there: ``go_to(3.0, 1.5)``, ``go_to("kitchen")``.
+
+        Args:
+            place: the name of a place, or x [m].
+            y: y [m], with x.
+            heading: where the robot looks at the end [rad]. None: as the place says, or as it comes.
+
+        Returns:
+            Whether the robot is there. If not, the log says why.
+
+        Raises:
+            UsageError: no place has the name, or a number is not finite.
+            NoAnswerError: there is no navigation, or it ends meanwhile.
+            RefusedError: the motors are off.
+        """
+        travel = self.navigation
+        goal = travel.goal_of(place, y, heading)
+        if not self._reports.heard.motors:
+            raise RefusedError("the robot's motors are off, it does not drive: %s" % self._reports.why_motors_off())
+        if self._leaving:
+            self.wander(LEAVE)      # which first backs away from what was put down
+        self.stop()
+        rospy.loginfo("go to %s", place if isinstance(place, str) else "%.2f, %.2f" % (goal.x, goal.y))
+        why_not = travel.go_to(goal)
+        if why_not:
+            rospy.logwarn("not there: %s", why_not)
+        else:
+            rospy.loginfo("there")
+        return not why_not
+
+    def explore(self) -> bool:
+        """Drive where the map ends until all that can be reached is known, and home. Return whether that succeeded.
+
+        Raises:
+            NoAnswerError: there is no navigation, or it ends meanwhile.
+        """
+        why_not = self.navigation.explore()
+        if why_not:
+            rospy.logwarn("not explored: %s", why_not)
+        return not why_not
+
+    @property
+    def navigation(self) -> "Travel":
+        """The client of navigation, which can also save the map, and give a place a name."""
+        if self._travel is None:        # most programs need none
+            from .travel import Travel
+            self._travel = Travel(self._prefix)
+        return self._travel
 
     # The gripper
 
@@ -364,6 +374,8 @@ class Pioneer:
     def close(self) -> None:
         """Stop the robot, and publish no more commands. ROS calls this method too when it shuts down."""
         self._reports.end()
+        if self._travel is not None:
+            self._travel.stop()
         self._commander.end()
 
 
@@ -379,17 +391,3 @@ def _number(name: str, value: float, unit: str, above: float = -math.inf) -> flo
     if isinstance(value, (int, float)) and above < value < math.inf:
         return value
     raise UsageError("%s is %r: it must be a number above %g, and finite (%s)" % (name, value, above, unit))
-
-
-class Narrator:
-    """Logs what the robot does and why: once when this changes, and again every TELL_AGAIN seconds."""
-
-    def __init__(self) -> None:
-        self._headline, self._told_at = "", 0.0
-
-    def tell(self, reason: str) -> None:
-        """Log a reason, unless a reason with the same text before the colon was just logged."""
-        headline, now = reason.partition(":")[0], time.monotonic()
-        if headline != self._headline or now - self._told_at > TELL_AGAIN:
-            rospy.loginfo("%s", reason)
-            self._headline, self._told_at = headline, now

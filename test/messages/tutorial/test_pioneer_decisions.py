@@ -19,7 +19,8 @@ from pioneer_control.errors import NoAnswerError, RefusedError, UnknownModelErro
 from pioneer_control.message_values import GripStatus, LiftStatus, quaternion_of
 from pioneer_control.msg import GripperState, GripState, LiftState, MotorState, RobotInfo, SonarArray, Stall
 from pioneer_control.robots import find_model
-from pioneer_control.tutorial import commander, pioneer, reports
+from pioneer_control.tutorial import commander, following, pioneer, reports
+from pioneer_control.tutorial.getting_ready import missing_topics
 from pioneer_control.tutorial.pioneer import Pioneer, WanderEnd
 
 LIMIT = 40.0        # s: generous; nothing waits that long
@@ -356,10 +357,10 @@ def test_time_that_passed_is_the_shorter_of_real_and_of_ros_time(ros, monkeypatc
 
 def test_no_clock_is_among_what_is_missing(started, monkeypatch):
     graph, robot = started()
-    assert "/clock" not in robot._missing()
+    assert "/clock" not in missing_topics("r/", robot._reports, robot._commander)
     monkeypatch.setattr(pioneer.rospy.rostime, "is_wallclock", lambda: False)
     monkeypatch.setattr(pioneer.rospy, "get_time", lambda: 0.0)
-    assert robot._missing()[0] == "/clock"
+    assert missing_topics("r/", robot._reports, robot._commander)[0] == "/clock"
 
 
 # A driver that does not tell what robot it drives
@@ -499,11 +500,11 @@ def test_how_far_it_went_is_the_sum_of_its_steps_without_a_reset(started):
 
 def test_each_kind_of_reason_is_told_when_it_begins_and_again_while_it_lasts(started, monkeypatch):
     graph, _ = started()
-    narrator, now = pioneer.Narrator(), time.monotonic()
+    narrator, now = following.Narrator(), time.monotonic()
     reasons = (
         (0, "driving: 3 m"), (1, "driving: 2 m"), (2, "halting: x"), (3, "driving: 1 m"), (19, "driving: 5 m"))
     for later, reason in reasons:
-        monkeypatch.setattr(pioneer.time, "monotonic", lambda: now + later)
+        monkeypatch.setattr(following.time, "monotonic", lambda: now + later)
         narrator.tell(reason)
     assert graph.lines() == ["driving: 3 m", "halting: x", "driving: 1 m", "driving: 5 m"]
 

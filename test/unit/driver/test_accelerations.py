@@ -58,6 +58,15 @@ def test_the_user_changes_own_settings_meanwhile(borrowed, told):
     assert told[-1] == new
 
 
+def test_it_says_which_settings_somebody_wished_and_which_the_user(borrowed):
+    assert not borrowed.changes("max_linear_deceleration")
+    borrowed.borrow(wish(linear_deceleration=0.8), "/navigation", 0.0)
+    borrowed.tick(LIFETIME)
+    assert borrowed.changes("max_linear_deceleration") and not borrowed.changes("max_linear_acceleration")
+    borrowed.change_own(OWN)
+    assert not borrowed.changes("max_linear_deceleration")
+
+
 @pytest.mark.parametrize("field, value", [
     ("linear_deceleration", 0.1), ("linear_deceleration", -0.8), ("linear_acceleration", math.nan),
     ("angular_acceleration", math.inf), ("angular_deceleration", 1.0), ("linear_acceleration", 99.0),

@@ -11,14 +11,15 @@ from geometry_msgs.msg import Twist
 from std_msgs.msg import Bool, String
 
 from ...errors import UsageError
-from ...msg import GripperState, MotorState, WheelVelocities
+from ...msg import Accelerations, GripperState, MotorState, WheelVelocities
 from ..command_line import say
 from ..reader import BagConnection, plural, read_bag
 from ..records import BagError
 from ..recording.description import description_of
 
 TOLD = {"cmd_vel": Twist, "teleop/cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState,
-        "gripper_control": GripperState, "teleop/gripper_control": GripperState, "stop_all": Bool}
+        "gripper_control": GripperState, "teleop/gripper_control": GripperState, "accelerations": Accelerations,
+        "stop_all": Bool}
 """The topics on which a robot receives commands that can be sent again: message class by the topic's name."""
 BY_HAND = "teleop"
 """The namespace within that of a robot for the commands of a person."""
@@ -35,6 +36,7 @@ COMMANDS = {
     "gripper_control": "moves the gripper",
     "teleop/cmd_vel": "drives, and takes over from programs",
     "teleop/gripper_control": "moves the gripper, and takes over from programs",
+    "accelerations": "changes how the robot brakes, for a moment",
     "stop_all": "locks the robot, and takes the lock away",
     "stop_button": "presses the STOP button of a simulated robot, and lets it go",
     "ptz_control": "moves a camera",

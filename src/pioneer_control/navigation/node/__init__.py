@@ -1,0 +1,9 @@
+"""The ROS node of navigation.
+
+``navigation_node``  the node: one robot's pilot, its goals and its services
+``hearing``          what the robot's driver tells; ``telling``: what navigation tells
+``goal_server``      goals, as move_base takes them
+``place_keeper``     the named places of the map
+``parameters``       the parameters of the node
+``messages``         values as ROS messages, and back; ``status``: the diagnostics
+"""

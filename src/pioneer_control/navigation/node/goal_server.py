@@ -1,0 +1,111 @@
+"""The goals of a robot, as move_base takes them: the action ``move_base``, and the topic ``move_base_simple/goal``.
+
+There is one goal at a time. A new one takes the place of the one before, which ends as preempted.
+"""
+
+from typing import Any, Callable, Optional
+
+import actionlib
+import rospy
+from actionlib_msgs.msg import GoalID
+from geometry_msgs.msg import PoseStamped
+from move_base_msgs.msg import (MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal,
+                                MoveBaseResult)
+from std_msgs.msg import Header
+
+from ...errors import PioneerError
+
+NAME = "move_base"
+"""The name of the action."""
+
+
+class _Server(actionlib.ActionServer):
+    """An action server that refuses goals of a bag player."""
+
+    def __init__(self, refuses: Callable[[Any], str], *arguments: Any) -> None:
+        self._refuses = refuses
+        super().__init__(NAME, MoveBaseAction, *arguments, auto_start=False)
+
+    def internal_goal_callback(self, goal: MoveBaseActionGoal) -> None:
+        """Take a goal that comes, unless it comes from a bag."""
+        why_not = self._refuses(goal)
+        if why_not:
+            rospy.logwarn("a goal is refused: %s", why_not)
+            return
+        super().internal_goal_callback(goal)
+
+
+class GoalServer:
+    """Takes goals, and tells what becomes of them.
+
+    Args:
+        accept: a function that sends the robot to a goal (PoseStamped). It raises PioneerError with the reason when
+            it does not.
+        cancel: a function that ends the way to the goal.
+        refuses: a function that returns why a message must not be obeyed at all; empty: it may be.
+
+    Attributes:
+        lock: the lock under which `accept` and `cancel` are called. Hold it when you call other methods.
+    """
+
+    def __init__(self, accept: Callable[[PoseStamped], None], cancel: Callable[[], None],
+                 refuses: Callable[[Any], str]) -> None:
+        self._accept, self._cancel = accept, cancel
+        self._handle: Optional[Any] = None
+        self._server = _Server(refuses, self._goal, self._cancelled)
+        self.lock = self._server.lock
+        self._own_goals = rospy.Publisher(NAME + "/goal", MoveBaseActionGoal, queue_size=1)
+        rospy.Subscriber("move_base_simple/goal", PoseStamped, self._simple_goal, refuses, queue_size=1)
+
+    def start(self) -> None:
+        """Begin to take goals."""
+        self._server.start()
+
+    def feedback(self, here: PoseStamped) -> None:
+        """Tell who sent the goal where the robot is."""
+        if self._handle is not None:
+            self._handle.publish_feedback(MoveBaseFeedback(here))
+
+    def reached(self, text: str) -> None:
+        """The robot has reached the goal."""
+        self._end("set_succeeded", text)
+
+    def failed(self, text: str) -> None:
+        """The robot has given up. `text` says why."""
+        self._end("set_aborted", text)
+
+    def dropped(self, text: str) -> None:
+        """The goal counts no more: somebody has chosen another, or ended it. `text` says why."""
+        self._end("set_canceled", text)
+
+    def _end(self, how: str, text: str) -> None:
+        handle, self._handle = self._handle, None
+        if handle is not None:
+            getattr(handle, how)(MoveBaseResult(), text)
+
+    def _goal(self, handle: Any) -> None:
+        goal: MoveBaseGoal = handle.get_goal()
+        try:
+            self._accept(goal.target_pose)
+        except PioneerError as error:
+            rospy.logwarn("a goal is refused: %s", error)
+            handle.set_rejected(MoveBaseResult(), str(error))
+            return
+        self.dropped("another goal has taken its place")
+        self._handle = handle
+        handle.set_accepted("on the way")
+
+    def _cancelled(self, handle: Any) -> None:
+        if handle is self._handle or (self._handle is not None and handle == self._handle):
+            self._cancel()
+            self.dropped("it was cancelled")
+
+    def _simple_goal(self, message: PoseStamped, refuses: Callable[[Any], str]) -> None:
+        """Send a goal of the topic through the action, as move_base does, so that its status is told too."""
+        why_not = refuses(message)
+        if why_not:
+            rospy.logwarn("a goal is refused: %s", why_not)
+            return
+        stamp = rospy.Time.now()
+        self._own_goals.publish(MoveBaseActionGoal(
+            Header(stamp=stamp), GoalID(stamp, "simple_goal-%s" % stamp), MoveBaseGoal(message)))

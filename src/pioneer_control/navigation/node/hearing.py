@@ -1,0 +1,93 @@
+"""Subscribes to what a robot's driver tells: what the robot senses, and whether it may move."""
+
+import threading
+from time import monotonic
+from typing import Any, Callable, Iterable, List
+
+import rospy
+from nav_msgs.msg import Odometry
+
+from ...errors import PioneerError
+from ...msg import Helm, MotorState, RobotInfo, SonarArray, Stall
+from ..navigator import Readiness
+from ..senses import Senses
+from ..values import Sensing
+from .messages import pose_of
+
+INFO_PATIENCE = 10.0
+"""Time (s) after which the log says that the driver has not told what robot this is."""
+
+
+class Hearing:
+    """What one robot tells.
+
+    Args:
+        numbers: the fitted transducers.
+        lock: held while a message is taken.
+        on_sensed: called with the lock held for what was sensed, oldest first. Usually it is one.
+
+    Attributes:
+        readiness: whether the robot may move.
+        heard_at: when something was sensed last (monotonic, s).
+    """
+
+    def __init__(self, numbers: Iterable[int], lock: Any, on_sensed: Callable[[List[Sensing]], None]):
+        self.readiness = Readiness()
+        self.heard_at = monotonic()
+        self._senses, self._lock, self._on_sensed = Senses(numbers), lock, on_sensed
+
+    def start(self) -> None:
+        """Subscribe."""
+        for name, kind, hear, queue in (
+                ("pose", Odometry, self._hear_pose, 20), ("sonar", SonarArray, self._hear_sonar, 20),
+                ("motor_state", MotorState, self._hear_motors, 1), ("stall", Stall, self._hear_stall, 1),
+                ("helm", Helm, self._hear_helm, 1)):
+            rospy.Subscriber(name, kind, self._take, hear, queue_size=queue, tcp_nodelay=True)
+
+    def _take(self, message: Any, hear: Callable[[Any], None]) -> None:
+        try:
+            with self._lock:
+                hear(message)
+        except PioneerError as error:
+            rospy.logwarn_throttle(10.0, "a message of the robot makes no sense: %s" % error)
+
+    def _hear_pose(self, message: Odometry) -> None:
+        self._sensed(self._senses.hear_pose(message.header.stamp.to_sec(), pose_of(message.pose.pose)))
+
+    def _hear_sonar(self, message: SonarArray) -> None:
+        self._sensed(self._senses.hear_sonar(message.header.stamp.to_sec(), message.ranges))
+
+    def _sensed(self, sensed: List[Sensing]) -> None:
+        if sensed:
+            self.heard_at = monotonic()
+            self._on_sensed(sensed)
+
+    def _hear_motors(self, message: MotorState) -> None:
+        self.readiness = self.readiness._replace(motors=message.state == 1)
+
+    def _hear_stall(self, message: Stall) -> None:
+        self.readiness = self.readiness._replace(stalled=message.left or message.right)
+
+    def _hear_helm(self, message: Helm) -> None:
+        self.readiness = self.readiness._replace(may_command=not (message.locks or message.programs_locked_out))
+
+
+def robot_info() -> RobotInfo:
+    """Wait for the driver to tell what robot this is. The log says so when that takes long.
+
+    Raises:
+        ROSInterruptException: the node ends meanwhile.
+    """
+    heard: List[RobotInfo] = []
+    subscriber = rospy.Subscriber("robot_info", RobotInfo, heard.append, queue_size=1)
+    said, since = False, monotonic()
+    while not heard:
+        if rospy.is_shutdown():
+            raise rospy.ROSInterruptException("ended while waiting for the driver")
+        threading.Event().wait(0.05)
+        if not said and monotonic() - since > INFO_PATIENCE:
+            said = True
+            rospy.logwarn("still no message on %s: does the driver run, and has it found its robot?",
+                          rospy.resolve_name("robot_info"))
+    subscriber.unregister()
+    return heard[-1]

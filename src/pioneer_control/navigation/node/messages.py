@@ -1,0 +1,99 @@
+"""Converts the values of navigation to ROS messages, and back. Pure: no node, no clock."""
+
+import math
+from typing import Any, Iterable, Sequence, Tuple
+
+import numpy as np
+from geometry_msgs.msg import (Point, Point32, Polygon, PolygonStamped, Pose2D, PoseArray, PoseStamped,
+                               PoseWithCovariance, PoseWithCovarianceStamped, Quaternion)
+from geometry_msgs.msg import Pose as PoseMessage
+from nav_msgs.msg import MapMetaData, OccupancyGrid, Path
+from std_msgs.msg import Header
+
+from ...errors import UsageError
+from ...floor_poses import Pose
+from ...maps import GridMap
+from ...message_values import heading_of, quaternion_of
+
+UPRIGHT = 0.1
+"""How far the length of a quaternion may differ from 1; RViz and programs send unit quaternions."""
+
+
+def pose_message(pose: Pose) -> PoseMessage:
+    """Return a pose on the floor as a message."""
+    return PoseMessage(Point(pose.x, pose.y, 0.0), Quaternion(*quaternion_of(pose.heading)))
+
+
+def pose_of(message: PoseMessage) -> Pose:
+    """Return a pose on the floor. Height, roll and pitch do not count.
+
+    Raises:
+        UsageError: a number is not finite, or the orientation is no rotation.
+    """
+    place, turn = message.position, message.orientation
+    numbers = (place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w)
+    if not all(map(math.isfinite, numbers)):
+        raise UsageError("a pose must have finite numbers, not %s" % (tuple(numbers),))
+    length = math.sqrt(turn.x ** 2 + turn.y ** 2 + turn.z ** 2 + turn.w ** 2)
+    if abs(length - 1.0) > UPRIGHT:
+        raise UsageError("the orientation (%g, %g, %g, %g) has the length %.3g: it must be a unit quaternion"
+                         % (turn.x, turn.y, turn.z, turn.w, length))
+    return Pose(place.x, place.y, heading_of(*(part / length for part in (turn.x, turn.y, turn.z, turn.w))))
+
+
+def pose2d(pose: Pose) -> Pose2D:
+    """Return a pose on the floor as a Pose2D message."""
+    return Pose2D(pose.x, pose.y, pose.heading)
+
+
+def header_of(frame: str, stamp: Any) -> Header:
+    """Return a header."""
+    return Header(frame_id=frame, stamp=stamp)
+
+
+def pose_with_covariance(pose: Pose, covariance: Any, frame: str, stamp: Any) -> PoseWithCovarianceStamped:
+    """Return a pose and its covariance (3 x 3 array of x, y and heading; m, rad) as a message."""
+    whole = np.zeros((6, 6))
+    whole[np.ix_((0, 1, 5), (0, 1, 5))] = covariance
+    return PoseWithCovarianceStamped(
+        header_of(frame, stamp), PoseWithCovariance(pose_message(pose), whole.ravel().tolist()))
+
+
+def spread_of(covariance: Sequence[float]) -> Tuple[float, float]:
+    """Return standard deviations of place (m) and heading (rad) of a message's covariance (36 numbers).
+
+    Raises:
+        UsageError: a variance is negative or not finite.
+    """
+    variances = covariance[0], covariance[7], covariance[35]
+    if not all(math.isfinite(variance) and variance >= 0.0 for variance in variances):
+        raise UsageError("the variances %s must be finite, and 0 or more" % (variances,))
+    return math.sqrt(max(variances[:2])), math.sqrt(variances[2])
+
+
+def cloud_message(particles: Any, frame: str, stamp: Any) -> PoseArray:
+    """Return particles, an array (n, 3) of x, y (m) and heading (rad), as poses."""
+    return PoseArray(header_of(frame, stamp), [pose_message(Pose(*particle)) for particle in particles.tolist()])
+
+
+def path_message(points: Iterable[Tuple[float, float]], frame: str, stamp: Any) -> Path:
+    """Return a path of points (m) as a message. Each pose heads to the next point."""
+    places = list(points)
+    headings = [math.atan2(after[1] - before[1], after[0] - before[0]) for before, after in zip(places, places[1:])]
+    poses = [Pose(x, y, heading) for (x, y), heading in zip(places, headings + headings[-1:] or [0.0])]
+    return Path(header_of(frame, stamp), [PoseStamped(header_of(frame, stamp), pose_message(pose)) for pose in poses])
+
+
+def map_message(grid: GridMap, frame: str, stamp: Any) -> OccupancyGrid:
+    """Return a map as a message."""
+    rows, columns = grid.cells.shape
+    return OccupancyGrid(
+        header=header_of(frame, stamp),
+        info=MapMetaData(map_load_time=stamp, resolution=grid.resolution, width=columns, height=rows,
+                         origin=pose_message(Pose(grid.origin[0], grid.origin[1], 0.0))),
+        data=grid.cells.ravel().tolist())
+
+
+def footprint_message(outline: Iterable[Tuple[float, float]], frame: str, stamp: Any) -> PolygonStamped:
+    """Return the outline of a robot, corners (m) in its own frame, as a message."""
+    return PolygonStamped(header_of(frame, stamp), Polygon([Point32(x, y, 0.0) for x, y in outline]))

@@ -1,0 +1,302 @@
+"""The node of navigation: it knows where the robot is, and drives the robot to goals, with sonar alone.
+
+The names are those of amcl, map_server and move_base, so that programs and RViz work with it unchanged. They are
+relative to the namespace of the robot. docs/navigation.md has all of them.
+
+*Subscribes* to what the driver tells (`hearing`), ``initialpose`` and ``move_base_simple/goal``.
+
+*Publishes* ``cmd_vel`` while it drives, ``accelerations`` that it borrows meanwhile, ``places``, and what `telling`
+says.
+
+*Action* ``move_base``. *Services* ``go_to``, ``static_map``, ``global_localization``, ``save_map``, ``save_place``,
+``move_base/make_plan``, ``move_base/clear_costmaps``.
+
+*Parameters*: see `NavigationParameters`; the numbers of `tuned` below the names of their parts.
+"""
+
+import sys
+import threading
+from dataclasses import replace
+from time import monotonic
+from typing import Any, Callable, List
+
+import rospy
+import tf
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist, Vector3
+from nav_msgs.srv import GetMap, GetMapResponse, GetPlan, GetPlanResponse
+from std_srvs.srv import Empty, EmptyResponse
+
+from ...errors import PioneerError, RefusedError, UsageError
+from ...floor_poses import Pose, compose
+from ...maps import FloorMap, write_ros_map
+from ...maps.goals_file import goals_file, write_goals
+from ...msg import Accelerations, RobotInfo
+from ...robots import Transducer
+from ...ros_node import bag_player, init_node
+from ...srv import GoTo, GoToResponse, SaveMap, SaveMapResponse
+from ..chassis import Chassis
+from ..map_files import load_floor_map
+from ..navigator import State
+from ..pilot import Pilot, PilotStep
+from ..tuned import NavigationNumbers
+from ..values import Sensing
+from .goal_server import GoalServer
+from .hearing import Hearing, robot_info
+from .messages import header_of, path_message, pose_message, pose_of, spread_of
+from .parameters import NavigationParameters, check_parameters
+from .place_keeper import PlaceKeeper
+from .telling import Telling
+
+SILENCE = 0.5
+"""Time (s) without sonar or pose after which the robot is told to stand."""
+BORROW_PERIOD = 0.5
+"""Time (s) between two messages that borrow accelerations."""
+LENDER_PATIENCE = 3.0
+"""Time (s) for the driver to subscribe to ``accelerations``."""
+POWER_ON = {"acceleration": 0.3, "braking": 0.3, "turn_acceleration": 1.7}
+"""Accelerations that a robot has at power-on (m/s^2, rad/s^2), for a driver that lends none."""
+OLD_GOAL = 5.0
+"""Time (s) after which a goal in a frame that moves is too old."""
+
+
+class NavigationNode:
+    """Joins one `Pilot` with the topics, services and the action of one robot.
+
+    Args:
+        parameters: parameters of the node.
+        floor: the map.
+        info: the robot, as its driver tells it.
+        numbers: the tuned numbers.
+    """
+
+    def __init__(self, parameters: NavigationParameters, floor: FloorMap, info: RobotInfo,
+                 numbers: NavigationNumbers):
+        self._parameters = parameters
+        self._frame = parameters.global_frame_id
+        chassis = chassis_of(info, parameters)
+        self._accelerations = rospy.Publisher("accelerations", Accelerations, queue_size=1, tcp_nodelay=True)
+        self._velocity = rospy.Publisher("cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
+        self._pilot = Pilot(floor, chassis, self._with_own_brakes(numbers), parameters.seed)
+        if parameters.initial_pose is not None:
+            self._pilot.start_at(parameters.initial_pose)
+        elif parameters.start == "home" and floor.starts:
+            self._pilot.start_at(floor.starts[0])
+        self._drives, self._borrow_at = False, 0.0
+        self._goals = GoalServer(self._accept_goal, self._cancel, self._refuses)
+        self._lock = self._goals.lock
+        self._hearing = Hearing(info.sonar_numbers, self._lock, self._sense)
+        self._telling = Telling(self._pilot, parameters, chassis.outline)
+        self._keeper = PlaceKeeper(floor, parameters.map, self._frame, self._here, self._lock)
+        self._listener = tf.TransformListener()
+
+    def _with_own_brakes(self, numbers: NavigationNumbers) -> NavigationNumbers:
+        """Return the numbers to drive with: another driver lends no accelerations, then the robot has its own."""
+        end = monotonic() + LENDER_PATIENCE
+        while not self._accelerations.get_num_connections():
+            if monotonic() > end or rospy.is_shutdown():
+                rospy.logwarn("this driver lends no accelerations (nobody listens on %s): the robot brakes as at"
+                              " power-on, and goes slower near obstacles", self._accelerations.resolved_name)
+                return numbers._replace(steering=replace(numbers.steering, **POWER_ON))
+            threading.Event().wait(0.05)
+        return numbers
+
+    def run(self) -> None:
+        """Navigate until ROS shuts down. The loop looks whether the robot is silent; it uses real time."""
+        for name, kind, serve in (
+                ("go_to", GoTo, self._go_to), ("static_map", GetMap, self._static_map),
+                ("global_localization", Empty, self._anywhere), ("save_map", SaveMap, self._save_map),
+                ("move_base/make_plan", GetPlan, self._make_plan),
+                ("move_base/clear_costmaps", Empty, self._forget_obstacles)):
+            rospy.Service(name, kind, self._locked(serve))
+        rospy.Subscriber("initialpose", PoseWithCovarianceStamped, self._hear_start, queue_size=1)
+        self._hearing.start()
+        self._goals.start()
+        ended = threading.Event()
+        rospy.on_shutdown(ended.set)
+        while not ended.wait(SILENCE / 2.0):
+            with self._lock:
+                silence = monotonic() - self._hearing.heard_at
+                if silence > SILENCE and self._pilot.step.where is not None:
+                    self._follow(self._pilot.silent(silence))
+        with self._lock:
+            self._stand()
+            self._goals.dropped("navigation ends")
+
+    def _locked(self, act: Callable[[Any], Any]) -> Callable[[Any], Any]:
+        def locked(message: Any) -> Any:
+            with self._lock:
+                return act(message)
+        return locked
+
+    # What the robot senses, and what follows from it
+
+    def _sense(self, sensed: List[Sensing]) -> None:
+        for sensing in sensed:
+            step = self._pilot.sense(sensing, self._hearing.readiness)
+        self._follow(step)
+
+    def _follow(self, step: PilotStep) -> None:
+        """Drive, and tell everybody."""
+        self._drive(step)
+        self._telling.tell(step)
+        if step.state is State.REACHED:
+            self._goals.reached(step.reason)
+        elif step.state is State.FAILED:
+            self._goals.failed(step.reason)
+        elif step.where is not None:
+            self._goals.feedback(PoseStamped(header_of(self._frame, rospy.Time.from_sec(step.time)),
+                                             pose_message(step.where.pose)))
+
+    def _drive(self, step: PilotStep) -> None:
+        """Publish the velocity while there is a goal, and one zero when the goal ends. Borrow brakes meanwhile."""
+        wants, now = step.state in (State.DRIVING, State.WAITING), monotonic()
+        if wants or self._drives:
+            self._velocity.publish(Twist(linear=Vector3(x=step.twist.linear), angular=Vector3(z=step.twist.angular)))
+        self._drives = wants
+        if wants and now >= self._borrow_at:
+            self._borrow_at = now + BORROW_PERIOD
+            linear, braking, angular = self._pilot.accelerations
+            self._accelerations.publish(Accelerations(linear, braking, angular, angular))
+
+    def _stand(self) -> None:
+        """Publish one zero if the robot was driven. The next packet says the rest."""
+        if self._drives:
+            self._velocity.publish(Twist())
+
+    # Goals and starts
+
+    def _refuses(self, message: Any) -> str:
+        """Return why a message that moves the robot must not be obeyed; empty: it may be. This asks the master."""
+        if self._parameters.accept_replay:
+            return ""
+        player = bag_player(message)
+        if player is None:
+            return "the ROS master does not say in time whether its sender plays a bag"
+        return "it is played back from a bag; set the parameter accept_replay to obey it" if player else ""
+
+    def _accept_goal(self, message: PoseStamped) -> None:
+        self._send_to(self._in_map(message.header, pose_of(message.pose)))
+
+    def _send_to(self, goal: Pose, name: str = "") -> None:
+        """Send the robot to a goal. Raises RefusedError with the reason when there is no way to it."""
+        why_not = self._pilot.go_to(goal)
+        if why_not:
+            raise RefusedError(why_not)
+        rospy.loginfo("goal: %s%.2f, %.2f", name and name + ", at ", goal.x, goal.y)
+
+    def _cancel(self) -> None:
+        self._pilot.cancel()
+        self._stand()
+
+    def _hear_start(self, message: PoseWithCovarianceStamped) -> None:
+        try:
+            why_not = self._refuses(message)     # without the lock: it may take a moment
+            if why_not:
+                raise RefusedError(why_not)
+            pose = self._in_map(message.header, pose_of(message.pose.pose))
+            with self._lock:
+                self._pilot.start_at(pose, *spread_of(message.pose.covariance))
+        except PioneerError as error:
+            rospy.logwarn("initialpose is refused: %s", error)
+            return
+        rospy.loginfo("somebody says that the robot is at %.2f, %.2f", pose.x, pose.y)
+
+    def _in_map(self, header: Any, pose: Pose) -> Pose:
+        """Return a pose of any frame in the frame of the map.
+
+        Raises:
+            UsageError: nobody knows the frame, or it moves and the message is old.
+        """
+        frame = header.frame_id.lstrip("/")
+        if frame == self._frame:
+            return pose
+        if not frame:
+            raise UsageError("its header has no frame; the map has %s" % self._frame)
+        age = (rospy.Time.now() - header.stamp).to_sec() if header.stamp else 0.0
+        if age > OLD_GOAL:
+            raise UsageError("it is %.0f s old, and its frame %s moves; the map has %s" % (age, frame, self._frame))
+        try:
+            place, turn = self._listener.lookupTransform(self._frame, frame, rospy.Time(0))
+        except tf.Exception:
+            raise UsageError("nobody says where its frame %s is in %s" % (frame, self._frame)) from None
+        _, _, heading = tf.transformations.euler_from_quaternion(turn)
+        return compose(Pose(place[0], place[1], heading), pose)
+
+    def _here(self) -> Pose:
+        where = self._pilot.step.where
+        if where is None or not where.sure:
+            raise RefusedError(where.reason if where else self._pilot.step.reason)
+        return where.pose
+
+    # Services
+
+    def _go_to(self, request: Any) -> GoToResponse:
+        try:
+            self._send_to(self._keeper.place(request.place), request.place)
+        except PioneerError as error:
+            return GoToResponse(False, str(error))
+        self._goals.dropped("another goal has taken its place")
+        return GoToResponse(True, "on the way to %s" % request.place)
+
+    def _static_map(self, request: Any) -> GetMapResponse:
+        return GetMapResponse(self._telling.map_message)
+
+    def _anywhere(self, request: Any) -> EmptyResponse:
+        rospy.loginfo("somebody asks the robot to find out where it is")
+        self._pilot.start_anywhere()
+        return EmptyResponse()
+
+    def _make_plan(self, request: Any) -> GetPlanResponse:
+        points: List[Any] = []
+        try:
+            start, goal = (self._in_map(each.header, pose_of(each.pose)) for each in (request.start, request.goal))
+            points = self._pilot.way(start, goal)
+        except PioneerError as error:
+            rospy.logwarn("no plan: %s", error)
+        return GetPlanResponse(path_message(points, self._frame, rospy.Time.now()))
+
+    def _forget_obstacles(self, request: Any) -> EmptyResponse:
+        self._pilot.forget_obstacles()
+        return EmptyResponse()
+
+    def _save_map(self, request: Any) -> SaveMapResponse:
+        try:
+            write_ros_map(self._pilot.grid, request.file)
+            if self._keeper.places:
+                write_goals(self._keeper.places, goals_file(request.file))
+        except PioneerError as error:
+            return SaveMapResponse(False, str(error))
+        rospy.loginfo("the map is saved in %s", request.file)
+        return SaveMapResponse(True, "saved in %s" % request.file)
+
+
+def chassis_of(info: RobotInfo, parameters: NavigationParameters) -> Chassis:
+    """Return the robot that a driver tells of, with the speeds of the parameters, as far as the robot can."""
+    transducers = tuple(Transducer(number, pose.x, pose.y, pose.theta)
+                        for number, pose in zip(info.sonar_numbers, info.sonar_poses))
+    return Chassis(transducers, tuple((corner.x, corner.y) for corner in info.footprint.points),
+                   min(parameters.max_linear, info.max_linear or parameters.max_linear),
+                   min(parameters.max_angular, info.max_angular or parameters.max_angular))
+
+
+def main() -> int:
+    """Run the node. Return the exit code: 0 after a shutdown, 2 for a wrong parameter or map."""
+    init_node("navigation")
+    try:
+        parameters, numbers = check_parameters(rospy.get_param("~", {}))
+        floor = load_floor_map(parameters.map)
+        rows, columns = floor.grid.cells.shape
+        rospy.loginfo("map %s: %.1f m by %.1f m, places: %s", floor.name, columns * floor.grid.resolution,
+                      rows * floor.grid.resolution, ", ".join(floor.goals) or "none")
+        node = NavigationNode(parameters, floor, robot_info(), numbers)
+    except PioneerError as error:
+        rospy.logfatal("%s (What an earlier start was given stays until: rosparam delete %s)", error, rospy.get_name())
+        return 2
+    except rospy.ROSInterruptException:
+        return 0
+    node.run()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

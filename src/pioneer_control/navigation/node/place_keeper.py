@@ -1,0 +1,77 @@
+"""The named places of the map: publishes them, and keeps those that somebody names in a file beside the map."""
+
+from typing import Any, Callable, Dict, Optional
+
+import rospy
+
+from ...errors import PioneerError, UsageError
+from ...floor_poses import Pose
+from ...maps import FloorMap
+from ...maps.goals_file import goals_file, write_goals
+from ...msg import Places
+from ...srv import SavePlace, SavePlaceResponse
+from .messages import header_of, pose2d
+
+
+class PlaceKeeper:
+    """The named places of one map.
+
+    Args:
+        floor: the map. None: the robot makes one.
+        map_file: where it comes from: a file, or the name of a world, beside which nothing is kept.
+        frame: frame of the map.
+        here: returns where the robot stands. It raises PioneerError with the reason when nobody knows.
+        lock: held while a place is saved.
+    """
+
+    def __init__(self, floor: Optional[FloorMap], map_file: str, frame: str, here: Callable[[], Pose], lock: Any):
+        self.places: Dict[str, Pose] = dict(floor.goals) if floor else {}
+        self._name, self._frame, self._here, self._lock = floor.name if floor else "", frame, here, lock
+        self._file = goals_file(map_file) if map_file.endswith((".yaml", ".yml", ".map")) else None
+        self._topic = rospy.Publisher("places", Places, queue_size=1, latch=True)
+        self._tell()
+        rospy.Service("save_place", SavePlace, self._save)
+
+    def place(self, name: str) -> Pose:
+        """Return the place of a name. Raises UsageError with the names that there are."""
+        if name not in self.places:
+            raise UsageError("no place is named %r; known: %s" % (name, self._known()))
+        return self.places[name]
+
+    def _known(self) -> str:
+        return ", ".join(map(repr, self.places)) or "none; the service save_place names one"
+
+    def _tell(self) -> None:
+        self._topic.publish(Places(header_of(self._frame, rospy.Time.now()), self._name, list(self.places),
+                                   [pose2d(pose) for pose in self.places.values()]))
+
+    def _save(self, request: Any) -> SavePlaceResponse:
+        try:
+            with self._lock:
+                places = self._changed(request)
+            if self._file is not None:
+                write_goals(places, self._file)
+        except PioneerError as error:
+            return SavePlaceResponse(False, str(error))
+        self.places = places
+        self._tell()
+        done = "is forgotten" if request.forget else "is saved"
+        return SavePlaceResponse(True, "%s %s" % (request.name, done + (
+            " in %s" % self._file if self._file else "; without a file beside a map, until navigation ends")))
+
+    def _changed(self, request: Any) -> Dict[str, Pose]:
+        """Return the places with what a request changes."""
+        if not request.name.strip():
+            raise UsageError("a place needs a name")
+        places = dict(self.places)
+        if request.forget:
+            self.place(request.name)
+            del places[request.name]
+        elif request.here:
+            places[request.name] = self._here()
+        else:
+            pose = Pose(request.pose.x, request.pose.y, request.pose.theta)
+            if not all(abs(number) < 1e6 for number in pose):
+                raise UsageError("a place at %s: its numbers must be finite, and below a million" % (tuple(pose),))
+            places[request.name] = pose
+        return places

@@ -1,0 +1,98 @@
+"""Publishes where the robot is, what navigation does and why, the cloud, the plan and the map."""
+
+from time import monotonic
+from typing import Any
+
+import rospy
+import tf
+from geometry_msgs.msg import PolygonStamped, PoseArray, PoseWithCovarianceStamped
+from nav_msgs.msg import MapMetaData, OccupancyGrid, Path
+
+from ...floor_poses import Pose, compose, relative
+from ...msg import Navigation
+from ..localisation import Where
+from ..navigator import State
+from ..pilot import Pilot, PilotStep
+from .messages import (cloud_message, footprint_message, header_of, map_message, path_message, pose2d, pose_message,
+                       pose_with_covariance)
+from .parameters import NavigationParameters
+from .status import StatusReport
+
+PERIODS = {"cloud": 0.5, "plan": 0.5, "map": 1.0}
+"""Times (s) between two messages of one kind: the cloud, the plan, and a map that is being made."""
+MOST_DRAWN = 500
+"""Most particles in one message."""
+
+
+class Telling:
+    """The topics of one navigation.
+
+    Args:
+        pilot: what it does.
+        parameters: parameters of the node.
+        outline: corners of the robot (m; its own frame).
+    """
+
+    def __init__(self, pilot: Pilot, parameters: NavigationParameters, outline: Any):
+        def topic(name: str, kind: type, latch: bool = False) -> Any:
+            return rospy.Publisher(name, kind, queue_size=1, latch=latch, tcp_nodelay=True)
+
+        self._pilot, self._parameters, self._outline = pilot, parameters, outline
+        self._frame = parameters.global_frame_id
+        self._state = topic("navigation", Navigation)
+        self._amcl_pose = topic("amcl_pose", PoseWithCovarianceStamped, latch=True)
+        self._cloud = topic("particlecloud", PoseArray)
+        self._plan = topic("plan", Path)
+        self._footprint = topic("footprint", PolygonStamped)
+        self._map = topic("map", OccupancyGrid, latch=True)
+        self._metadata = topic("map_metadata", MapMetaData, latch=True)
+        self._tf = tf.TransformBroadcaster()
+        self._status = StatusReport()
+        self._due = dict.fromkeys(PERIODS, 0.0)
+        self._planned = False
+        self._said: Any = None
+        self.tell_map()
+
+    def tell_map(self) -> None:
+        """Publish the map."""
+        self.map_message = map_message(self._pilot.grid, self._frame, rospy.Time.now())
+        self._map.publish(self.map_message)
+        self._metadata.publish(self.map_message.info)
+
+    def tell(self, step: PilotStep) -> None:
+        """Publish what a step says, and log it when it is news."""
+        stamp = rospy.Time.from_sec(step.time)
+        if step.where is not None:
+            self._tell_where(step, step.where, stamp)
+        if self._cloud.get_num_connections() and self._is_due("cloud"):
+            particles = self._pilot.particles
+            self._cloud.publish(cloud_message(particles[::max(1, len(particles) // MOST_DRAWN)], self._frame, stamp))
+        if (step.plan or self._planned) and self._is_due("plan"):
+            self._planned = bool(step.plan)
+            self._plan.publish(path_message(step.plan, self._frame, stamp))
+        if self._pilot.makes_map and self._is_due("map"):
+            self.tell_map()
+        self._status.publish(step, monotonic())
+        said = step.state, step.reason.rstrip("0123456789. sold")      # the same with another number is no news
+        if said != self._said:
+            self._said = said
+            (rospy.logwarn if step.state is State.FAILED else rospy.loginfo)("%s: %s", step.state.value, step.reason)
+
+    def _tell_where(self, step: PilotStep, where: Where, stamp: Any) -> None:
+        origin = compose(where.pose, relative(step.odometry, Pose(0.0, 0.0, 0.0)))
+        turn = pose_message(origin).orientation
+        ahead = rospy.Duration.from_sec(self._parameters.transform_tolerance)
+        self._tf.sendTransform((origin.x, origin.y, 0.0), (turn.x, turn.y, turn.z, turn.w), stamp + ahead,
+                               self._parameters.odom_frame, self._frame)
+        self._amcl_pose.publish(pose_with_covariance(where.pose, where.covariance, self._frame, stamp))
+        self._footprint.publish(footprint_message(self._outline, self._parameters.base_frame, stamp))
+        self._state.publish(Navigation(
+            header_of(self._frame, stamp), step.state.value, step.reason, where.sure, where.reason, pose2d(where.pose),
+            [pose2d(step.goal)] if step.goal else [], step.twist.linear, step.twist.angular))
+
+    def _is_due(self, what: str) -> bool:
+        now = monotonic()
+        if now < self._due[what]:
+            return False
+        self._due[what] = now + PERIODS[what]
+        return True

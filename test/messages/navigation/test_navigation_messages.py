@@ -1,0 +1,75 @@
+"""Values of navigation as ROS messages, and back."""
+
+import math
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import Point, Quaternion
+from geometry_msgs.msg import Pose as PoseMessage
+from rospy import Time
+
+from pioneer_control.errors import UsageError
+from pioneer_control.floor_poses import Pose
+from pioneer_control.maps import FREE, OCCUPIED, UNKNOWN, GridMap
+from pioneer_control.navigation.node.messages import (cloud_message, footprint_message, map_message, path_message,
+                                                      pose_message, pose_of, pose_with_covariance, spread_of)
+
+STAMP = Time(5)
+
+
+def test_a_pose_comes_back_as_it_went():
+    assert pose_of(pose_message(Pose(1.0, -2.0, 3.0))) == pytest.approx((1.0, -2.0, 3.0))
+
+
+@pytest.mark.parametrize("turn, named", [
+    ((0.0, 0.0, 0.0, 0.0), "unit quaternion"), ((0.0, 0.0, 2.0, 2.0), "length 2.83"),
+    ((0.0, 0.0, math.nan, 1.0), "finite"), ((0.0, 0.0, 0.0, math.inf), "finite"),
+])
+def test_an_orientation_that_is_none_is_named(turn, named):
+    with pytest.raises(UsageError, match=named):
+        pose_of(PoseMessage(Point(), Quaternion(*turn)))
+
+
+def test_a_place_that_is_not_finite_is_named():
+    with pytest.raises(UsageError, match="nan"):
+        pose_of(PoseMessage(Point(math.nan, 0.0, 0.0), Quaternion(w=1.0)))
+
+
+def test_a_covariance_has_x_y_and_heading_at_their_places():
+    covariance = np.arange(9.0).reshape(3, 3)
+    message = pose_with_covariance(Pose(1.0, 2.0, 0.0), covariance, "map", STAMP)
+    whole = np.array(message.pose.covariance).reshape(6, 6)
+    assert (whole[0, 1], whole[5, 0], whole[5, 5], whole[2, 2]) == (1.0, 6.0, 8.0, 0.0)
+    assert message.header.frame_id == "map" and message.header.stamp == STAMP
+
+
+def test_a_spread_is_read_from_a_covariance():
+    numbers = [0.0] * 36
+    numbers[0], numbers[7], numbers[35] = 0.04, 0.25, 0.01
+    assert spread_of(numbers) == pytest.approx((0.5, 0.1))
+    for wrong in (-1.0, math.nan, math.inf):
+        numbers[7] = wrong
+        with pytest.raises(UsageError, match="variances"):
+            spread_of(numbers)
+
+
+def test_a_map_is_row_by_row_from_its_corner():
+    grid = GridMap(np.array([[FREE, OCCUPIED], [UNKNOWN, FREE], [FREE, FREE]], dtype=np.int8), 0.05, (-1.0, 2.0))
+    message = map_message(grid, "map", STAMP)
+    assert message.data == [0, 100, -1, 0, 0, 0] and (message.info.width, message.info.height) == (2, 3)
+    assert (message.info.origin.position.x, message.info.origin.position.y) == (-1.0, 2.0)
+
+
+def test_each_pose_of_a_path_looks_to_the_next():
+    message = path_message([(0.0, 0.0), (1.0, 1.0), (1.0, 2.0)], "map", STAMP)
+    headings = [pose_of(pose.pose).heading for pose in message.poses]
+    assert headings == pytest.approx([math.pi / 4, math.pi / 2, math.pi / 2])
+    assert path_message([(1.0, 2.0)], "map", STAMP).poses[0].pose.position.x == 1.0
+    assert path_message([], "map", STAMP).poses == []
+
+
+def test_a_cloud_and_a_footprint():
+    cloud = cloud_message(np.array([[1.0, 2.0, 0.5], [3.0, 4.0, -0.5]]), "map", STAMP)
+    assert [pose_of(pose).heading for pose in cloud.poses] == pytest.approx([0.5, -0.5])
+    outline = footprint_message([(0.2, 0.1), (-0.2, 0.1), (-0.2, -0.1)], "base_link", STAMP)
+    assert [round(corner.x, 3) for corner in outline.polygon.points] == [0.2, -0.2, -0.2]

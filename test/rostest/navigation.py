@@ -1,0 +1,257 @@
+#!/usr/bin/python3
+"""Navigation as its users have it: move_base's action and topics, services by name, faults on the way, and its end."""
+
+import math
+import os
+import signal
+import subprocess
+import sys
+import unittest
+import xmlrpc.client
+
+import actionlib
+import rosgraph
+import rospy
+import rostest
+import tf
+from actionlib_msgs.msg import GoalID, GoalStatus
+from geometry_msgs.msg import Point, PoseStamped, PoseWithCovarianceStamped, Quaternion, Twist
+from geometry_msgs.msg import Pose as PoseMessage
+from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
+from nav_msgs.msg import OccupancyGrid, Odometry, Path
+from nav_msgs.srv import GetMap, GetPlan
+from rosgraph_msgs.msg import Log
+from std_msgs.msg import Header
+from std_srvs.srv import Empty, SetBool, Trigger
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+
+from pioneer_control.msg import Navigation, Places
+from pioneer_control.srv import AddFault, GoTo
+from witness import PATIENCE, Witness, heading_of, wait_until
+
+TOPICS = {
+    "pioneer/navigation": Navigation, "pioneer/ground_truth": Odometry, "pioneer/places": Places,
+    "pioneer/map": OccupancyGrid, "pioneer/plan": Path, "/rosout": Log,
+    "pioneer/amcl_pose": PoseWithCovarianceStamped,
+}
+
+
+def goal_at(x, y, heading=0.0, frame="map", stamp=None):
+    """Return a goal: m, rad."""
+    return MoveBaseGoal(PoseStamped(
+        Header(frame_id=frame, stamp=stamp or rospy.Time.now()),
+        PoseMessage(Point(x, y, 0.0), Quaternion(0.0, 0.0, math.sin(heading / 2.0), math.cos(heading / 2.0)))))
+
+
+def process_of(node):
+    """Return the process id of a node."""
+    uri = rosgraph.Master(rospy.get_caller_id()).lookupNode(node)
+    _, _, pid = xmlrpc.client.ServerProxy(uri).getPid(rospy.get_caller_id())
+    return pid
+
+
+class NavigationTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        cls.witness = Witness(TOPICS)
+        cls.client = actionlib.SimpleActionClient("pioneer/move_base", MoveBaseAction)
+        assert cls.client.wait_for_server(rospy.Duration(PATIENCE))
+        cls.services = {}
+        for name, kind in (
+                ("set_motors", SetBool), ("go_to", GoTo), ("static_map", GetMap), ("move_base/make_plan", GetPlan),
+                ("move_base/clear_costmaps", Empty), ("teleop/release", Trigger),
+                ("simulator/add_fault", AddFault), ("simulator/clear_faults", Trigger)):
+            rospy.wait_for_service("pioneer/" + name, PATIENCE)
+            cls.services[name] = rospy.ServiceProxy("pioneer/" + name, kind)
+        wait_until("motors are on", lambda: cls.services["set_motors"](True).success)
+        start = cls.witness.last("pioneer/ground_truth").pose.pose.position
+        cls.home = start.x, start.y
+
+    def tearDown(self):
+        self.client.cancel_all_goals()
+        self.services["simulator/clear_faults"]()
+        self.services["teleop/release"]()
+        wait_until("motors are on", lambda: self.services["set_motors"](True).success)
+        self.stands()
+
+    def truth(self):
+        return self.witness.next("pioneer/ground_truth").pose.pose
+
+    def off(self, x, y):
+        """Return how far (m) the robot really is from a place."""
+        place = self.truth().position
+        return math.hypot(place.x - x, place.y - y)
+
+    def stands(self):
+        """Wait until the robot really stands, in five messages one after the other."""
+        self.witness.next("pioneer/ground_truth")
+
+        def still():
+            newest = self.witness.seen["pioneer/ground_truth"][-5:]
+            return all(abs(message.twist.twist.linear.x) + abs(message.twist.twist.angular.z) < 0.001
+                       for message in newest)
+
+        self.witness.wait("the robot stands", still)
+
+    def drives(self):
+        self.witness.next("pioneer/ground_truth")
+        self.witness.wait("the robot drives", lambda: abs(
+            self.witness.seen["pioneer/ground_truth"][-1].twist.twist.linear.x) > 0.1)
+
+    def says(self, state, word=""):
+        self.witness.next("pioneer/navigation")
+        self.witness.wait("navigation is %s: %s" % (state, word), lambda: (
+            self.witness.seen["pioneer/navigation"][-1].state == state
+            and word in self.witness.seen["pioneer/navigation"][-1].reason))
+
+    def result(self):
+        self.assertTrue(self.client.wait_for_result(rospy.Duration(3 * PATIENCE)), "no result")
+        return self.client.get_state()
+
+    def logged(self, text, since):
+        return any(text in message.msg for message in self.witness.seen["/rosout"][since:])
+
+    def far_goal(self):
+        """Return a goal about 5 m away along the floor: the kitchen, or the sofa if the robot is near the kitchen."""
+        places = self.witness.last("pioneer/places")
+        poses = dict(zip(places.names, places.poses))
+        return max((poses["kitchen"], poses["sofa"]), key=lambda pose: self.off(pose.x, pose.y))
+
+    def test_01_a_goal_of_the_action_is_reached_to_the_centimetre(self):
+        x, y = self.home
+        feedback = []
+        self.client.send_goal(goal_at(x + 1.0, y, math.pi / 2), feedback_cb=feedback.append)
+        self.assertEqual(self.result(), GoalStatus.SUCCEEDED)
+        self.assertLess(self.off(x + 1.0, y), 0.15)
+        self.assertAlmostEqual(heading_of(self.truth()), math.pi / 2, delta=0.15)
+        self.assertTrue(feedback)
+        self.assertEqual(feedback[-1].base_position.header.frame_id, "map")
+
+    def test_02_the_pose_the_tf_and_the_truth_agree(self):
+        self.stands()
+        truth = self.truth().position
+        told = self.witness.last("pioneer/amcl_pose").pose.pose.position
+        self.assertLess(math.hypot(told.x - truth.x, told.y - truth.y), 0.15)
+        listener = tf.TransformListener()
+        listener.waitForTransform("map", "base_link", rospy.Time(0), rospy.Duration(PATIENCE))
+        (x, y, _), _ = listener.lookupTransform("map", "base_link", rospy.Time(0))
+        self.assertLess(math.hypot(x - truth.x, y - truth.y), 0.15)
+
+    def test_03_a_simple_goal_is_driven_to_and_can_be_cancelled(self):
+        goals = rospy.Publisher("pioneer/move_base_simple/goal", PoseStamped, queue_size=1)
+        cancel = rospy.Publisher("pioneer/move_base/cancel", GoalID, queue_size=1)
+        wait_until("they listen", lambda: goals.get_num_connections() and cancel.get_num_connections())
+        place = self.far_goal()
+        goals.publish(goal_at(place.x, place.y).target_pose)
+        self.drives()
+        self.assertTrue(self.witness.last("pioneer/plan").poses)
+        self.assertTrue(self.witness.seen["pioneer/navigation"][-1].goal)
+        cancel.publish(GoalID())
+        self.stands()
+        self.says("idle")
+
+    def test_04_a_new_goal_preempts_the_one_before(self):
+        place = self.far_goal()
+        self.client.send_goal(goal_at(place.x, place.y))
+        self.drives()
+        other = actionlib.SimpleActionClient("pioneer/move_base", MoveBaseAction)
+        other.wait_for_server(rospy.Duration(PATIENCE))
+        other.send_goal(goal_at(*self.home))
+        self.assertEqual(self.result(), GoalStatus.PREEMPTED)
+        self.assertTrue(other.wait_for_result(rospy.Duration(3 * PATIENCE)))
+        self.assertEqual(other.get_state(), GoalStatus.SUCCEEDED)
+
+    def test_05_what_cannot_be_reached_or_makes_no_sense_is_rejected_with_its_reason(self):
+        grid = self.witness.last("pioneer/map")
+        wall = grid.data.index(100)
+        row, column = divmod(wall, grid.info.width)
+        in_a_wall = (grid.info.origin.position.x + (column + 0.5) * grid.info.resolution,
+                     grid.info.origin.position.y + (row + 0.5) * grid.info.resolution)
+        before = self.truth()
+        for goal, word in (
+                (goal_at(*in_a_wall), "wall"), (goal_at(1e6, 0.0), "outside"), (goal_at(math.nan, 0.0), "finite"),
+                (goal_at(1.0, 1.0, frame="moon"), "moon"), (goal_at(0.5, 0.0, frame=""), "frame"),
+                (goal_at(0.5, 0.0, frame="base_link", stamp=rospy.Time.now() - rospy.Duration(60)), "60 s old")):
+            self.client.send_goal(goal)
+            self.assertEqual(self.result(), GoalStatus.REJECTED, word)
+            self.assertIn(word, self.client.get_goal_status_text())
+        answer = self.services["go_to"]("kitchn")
+        self.assertFalse(answer.success)
+        self.assertIn("'kitchen'", answer.message)
+        self.assertEqual(self.truth(), before)
+
+    def test_06_a_goal_in_the_frame_of_the_robot(self):
+        start = self.truth()
+        ahead = heading_of(start)
+        self.client.send_goal(goal_at(0.3, 0.0, frame="base_link", stamp=rospy.Time(0)))
+        self.assertEqual(self.result(), GoalStatus.SUCCEEDED, self.client.get_goal_status_text())
+        self.assertLess(self.off(start.position.x + 0.3 * math.cos(ahead), start.position.y + 0.3 * math.sin(ahead)),
+                        0.2)
+
+    def test_07_services_tell_the_map_and_a_plan_without_driving(self):
+        before = self.truth()
+        told = self.services["static_map"]().map
+        self.assertEqual(told, self.witness.last("pioneer/map"))
+        place = self.far_goal()
+        plan = self.services["move_base/make_plan"](
+            goal_at(*self.home).target_pose, goal_at(place.x, place.y).target_pose, 0.0).plan
+        end = plan.poses[-1].pose.position
+        self.assertLess(math.hypot(end.x - place.x, end.y - place.y), 0.2)
+        self.assertEqual(self.services["move_base/make_plan"](
+            goal_at(*self.home).target_pose, goal_at(1e6, 0.0).target_pose, 0.0).plan.poses, [])
+        self.services["move_base/clear_costmaps"]()
+        self.assertEqual(self.truth(), before)
+
+    def test_08_it_waits_for_a_person_at_the_helm_and_goes_on_after_the_release(self):
+        place = self.far_goal()
+        self.client.send_goal(goal_at(place.x, place.y))
+        self.drives()
+        person = rospy.Publisher("pioneer/teleop/cmd_vel", Twist, queue_size=1)
+        wait_until("the driver listens", person.get_num_connections)
+        person.publish(Twist())
+        self.stands()
+        self.says("waiting", "helm")
+        self.services["teleop/release"]()
+        self.drives()
+
+    def test_09_it_stands_without_motors_sonar_or_news_and_goes_on(self):
+        place = self.far_goal()
+        self.client.send_goal(goal_at(place.x, place.y))
+        self.drives()
+        self.services["set_motors"](False)
+        self.stands()
+        self.says("waiting", "motor")
+        self.services["set_motors"](True)
+        self.drives()
+        self.services["simulator/add_fault"]("silence")
+        self.says("waiting")
+        self.stands()
+
+    def test_10_a_goal_from_a_bag_is_refused(self):
+        before = self.truth()
+        player = subprocess.Popen(
+            ["rostopic", "pub", "-r", "5", "pioneer/move_base_simple/goal", "geometry_msgs/PoseStamped",
+             "{header: {frame_id: map}, pose: {position: {x: %g, y: %g}, orientation: {w: 1}}}" % self.home,
+             "__name:=play_1234"], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+        self.addCleanup(player.wait)
+        self.addCleanup(player.kill)
+        self.witness.next("pioneer/navigation", 20)
+        self.assertEqual(self.witness.last("pioneer/navigation").goal, [])
+        self.assertEqual(self.truth(), before)
+
+    def test_11_killed_on_its_way_the_robot_stands_and_has_its_own_brakes_again(self):
+        place = self.far_goal()
+        self.client.send_goal(goal_at(place.x, place.y))
+        self.drives()
+        since = len(self.witness.seen["/rosout"])
+        os.kill(process_of("/pioneer/navigation"), signal.SIGKILL)
+        self.stands()
+        self.witness.wait("brakes are put back", lambda: self.logged("its accelerations are put back", since))
+        self.says("idle")       # it is back
+
+
+if __name__ == "__main__":
+    rospy.init_node("navigation_test")
+    rostest.rosrun("pioneer_control", "navigation", NavigationTest)
