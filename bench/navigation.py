@@ -3,6 +3,7 @@
 
     python3 bench/navigation.py localise                            # known start, unknown start, carried away
     python3 bench/navigation.py localise --seeds 1000-1011 --start unknown --specular 20 --picture /tmp/lost
+    python3 bench/navigation.py map --minutes 6                     # by true poses, by odometry, by its own
 
 Each part has options of its own: `python3 bench/navigation.py PART --help`. The cases of the seeds are those of
 `navigation_cases`.
@@ -12,8 +13,9 @@ import argparse
 import sys
 
 import navigation_localise
+import navigation_map
 
-PARTS = {"localise": navigation_localise}
+PARTS = {"localise": navigation_localise, "map": navigation_map}
 """Each part has `add_arguments(parser)` and `main(options)`, which returns the exit status."""
 
 

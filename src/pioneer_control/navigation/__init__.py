@@ -32,6 +32,7 @@ A map where there is none:
 ``stretch``          a metre of path and what was heard on it; ``wheel_motion``: without the errors of the wheels
 ``scan_match``       finds where a stretch lies on the map
 ``pose_graph``       moves all stretches to where they agree best
+``exploring``        where to go next, until all that can be reached is known
 
 Everything here is pure: maps, what the robot sensed, and time go in; poses, maps, plans and velocities come out. There
 is no ROS, no clock and no thread but in the folder ``node``.

@@ -7,7 +7,7 @@ Gauss-Newton with sparse matrices. A measurement that disagrees with all others 
 from typing import Any, List, NamedTuple, Tuple
 
 import numpy as np
-from scipy.sparse import coo_matrix, csc_matrix
+from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import splu
 
 from ..floor_poses import Pose
@@ -109,14 +109,12 @@ class PoseGraph:
         place = np.stack((3 * first, 3 * second, np.full(count, unknowns - 3)), axis=1)
         row = np.broadcast_to((3 * np.arange(count))[:, None, None, None] + np.arange(3)[:, None], blocks.shape)
         column = np.broadcast_to(place[:, :, None, None] + np.arange(3), blocks.shape)
-        slope = coo_matrix((blocks.ravel(), (row.ravel(), column.ravel())), shape=(3 * count, unknowns)).tocsc()
-        slope = csc_matrix(slope[:, 3:])        # the first node stays
-        normal = (slope.T @ slope).tolil()
-        pull = slope.T @ error.ravel()
-        for axis in range(3):       # the bias that is expected
-            at = unknowns - 6 + axis
-            normal[at, at] += 1.0 / self._spread[axis] ** 2
-            pull[at] += bias[axis] / self._spread[axis] ** 2
-        step = -splu(normal.tocsc()).solve(pull)
+        # Last rows: the bias that is expected. Without the first three columns: the first node stays.
+        row = np.concatenate((row.ravel(), 3 * count + np.arange(3)))
+        column = np.concatenate((column.ravel(), unknowns - 3 + np.arange(3)))
+        value = np.concatenate((blocks.ravel(), 1.0 / self._spread))
+        slope = coo_matrix((value, (row, column)), shape=(3 * count + 3, unknowns)).tocsc()[:, 3:]
+        error = np.concatenate((error.ravel(), bias / self._spread))
+        step = -splu((slope.T @ slope).tocsc()).solve(slope.T @ error)
         self.poses[1:] += step[:-3].reshape(-1, 3)
         self.bias = WheelBias(*(bias + step[-3:]))

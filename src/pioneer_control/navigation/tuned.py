@@ -216,6 +216,19 @@ class MapperNumbers:
     every: int = parameter(10, Whole(1, 1000), "packets, until the next stretch is drawn anew without a reason")
 
 
+@dataclass(frozen=True)
+class ExploringNumbers:
+    """Where a robot goes that explores (`exploring`)."""
+
+    least_width: float = parameter(0.25, Number(0.0, 2.0), "narrower ends of the map are left alone", "m")
+    view: float = parameter(1.5, Number(0.3, 5.0), "unknown floor so near to the end of the map counts as gain", "m")
+    gain: float = parameter(0.8, Number(0.0, 10.0), "way that it goes for 1 m^2 of gain", "m")
+    most_gain: float = parameter(3.0, Number(0.0, 50.0), "more gain does not count", "m^2")
+    turn: float = parameter(0.3, Number(0.0, 5.0), "way that a turn of 1 rad at the begin counts as", "m")
+    given_up: float = parameter(0.5, Number(0.1, 5.0), "nothing so near to a goal that failed is tried again", "m")
+    off_floor: float = parameter(0.6, Number(0.1, 3.0), "it looks so far for the floor when it stands beside it", "m")
+
+
 class NavigationNumbers(NamedTuple):
     """The tuned numbers of all parts of navigation."""
 
