@@ -3,8 +3,8 @@
     python3 bench/navigation_drive.py --seeds 1000-1041 --goals 5 --walkers 1 --picture /tmp/pioneer
 
 Each seed is a world, a robot with wheels and sonar that err, up to three obstacles that are on no map, and goals one
-after the other. A person walks to and fro, and waits where the robot stands in the way; a touch that the person's step
-would make is counted apart. Ideal is the shortest way of the map at full speed.
+after the other. People walk to and fro, and wait where the robot stands in the way; a touch of a robot that stands is
+counted apart. Ideal is the shortest way of the map at full speed.
 """
 
 import argparse
@@ -17,25 +17,22 @@ from multiprocessing import Pool
 from typing import List, NamedTuple, Tuple
 
 import numpy as np
-from navigation_cases import case
 from simulated_robot import CYCLE, SimulatedRobot
+from navigation_cases import case
 
 from pioneer_control import p2os
 from pioneer_control.floor_poses import Pose, wrapped
 from pioneer_control.maps.grid_map import GridMap
 from pioneer_control.navigation.chassis import Chassis
+from pioneer_control.navigation.frames import into
 from pioneer_control.navigation.navigator import Navigator, Readiness, State
 from pioneer_control.navigation.planning import DrivableFloor
 from pioneer_control.navigation.tuned import PlanningNumbers
-from pioneer_control.simulator.world import World
-from pioneer_control.simulator.world.geometry import Block, outlines_meet
-from pioneer_control.simulator.world.poses import box_walls
+from pioneer_control.simulator.world.generated import with_unmapped, with_walkers
+from pioneer_control.simulator.world.people import people_of
 
 SPEED, TURN_RATE = 0.4, 1.2     # m/s, rad/s
 LONGEST = 300.0     # s, for one goal
-PERSON = 0.25       # m, radius
-LOOKS_AHEAD = 0.4   # m, at which the person waits for a robot
-WALKING = 0.5       # m/s
 
 
 class TruePlace(NamedTuple):
@@ -64,84 +61,7 @@ class Leg(NamedTuple):
     off_heading: float
     costs: Tuple[float, ...]
     unsure: float
-
-
-class Walker:
-    """A person who walks to and fro: a disc that sonar hears, and that waits before it would touch a robot."""
-
-    def __init__(self, floor: DrivableFloor, places: List[Tuple[float, float]], world: World, luck: random.Random):
-        self.reach, self.box = PERSON, Block(-PERSON, PERSON, -PERSON, PERSON)
-        self._floor, self._places, self._luck, self._world = floor, places, luck, world
-        x, y = luck.choice(places)
-        self.pose = (x, y, 0.0)
-        self._way: List[Tuple[float, float]] = []
-        self._waited = 0.0
-        self.touches, self._touching = 0, False
-        world.crowd.enter(self)
-
-    @property
-    def outline(self):
-        return [(self.pose[0] + PERSON * math.cos(k * math.pi / 6), self.pose[1] + PERSON * math.sin(k * math.pi / 6))
-                for k in range(12)]
-
-    @property
-    def candidates(self):
-        return [(0.0, self.pose[0], self.pose[1], PERSON, 0.0, -1.0)]
-
-    def walk(self, seconds: float, robot) -> None:
-        """Walk for some time. `robot`: the body of the robot."""
-        if not self._way:
-            self._way = self._floor.to(self._luck.choice(self._places)).points_from(self.pose[:2])[1:]
-        before, left = self.pose, WALKING * seconds
-        x, y = self.pose[:2]
-        while self._way and left > 0.0:
-            dx, dy = self._way[0][0] - x, self._way[0][1] - y
-            step = min(left, math.hypot(dx, dy))
-            if step == math.hypot(dx, dy):
-                x, y = self._way.pop(0)
-            else:
-                x, y = x + dx * step / math.hypot(dx, dy), y + dy * step / math.hypot(dx, dy)
-            left -= max(step, 1e-6)
-        self.pose = (x, y, 0.0)
-        touching = outlines_meet(robot.outline, self.outline)
-        length = math.hypot(x - before[0], y - before[1])
-        if length > 0.0:
-            self.pose = (x + (x - before[0]) * LOOKS_AHEAD / length, y + (y - before[1]) * LOOKS_AHEAD / length, 0.0)
-        seen = outlines_meet(robot.outline, self.outline)
-        self.pose = (x, y, 0.0)
-        if touching or seen:
-            self.pose = before
-            self._waited += seconds
-            if self._waited > 3.0:
-                self._way, self._waited = [], 0.0
-        self.touches += touching and not self._touching
-        self._touching = touching
-        self._world.crowd.moved(self)
-
-
-def with_obstacles(world: World, grid_map: GridMap, chassis: Chassis, keep_free, luck: random.Random) -> World:
-    """Return a copy of a world with up to three boxes and posts more, which leave a way between some places."""
-    walls, posts, placed = list(world.walls.tolist()), list(world.posts.tolist()), 0
-    floor = DrivableFloor(grid_map, chassis.half_width, PlanningNumbers())
-    for _ in range(30):
-        row, column = luck.randrange(grid_map.cells.shape[0]), luck.randrange(grid_map.cells.shape[1])
-        x, y = (float(each) for each in grid_map.middle(row, column))
-        if floor.clearance[row, column] < 0.3 or min(math.hypot(x - a, y - b) for a, b in keep_free) < 0.9:
-            continue
-        if luck.random() < 0.5:
-            added, more = [], [(x, y, luck.uniform(0.05, 0.15))]
-        else:
-            size = luck.uniform(0.2, 0.6), luck.uniform(0.2, 0.5)
-            added, more = [list(each) for each in box_walls((x, y), size, luck.uniform(-3.0, 3.0))], []
-        trial = World(world.name, walls + added, posts + more, starts=world.starts)
-        cells, origin = trial.occupancy(grid_map.resolution)
-        narrower = DrivableFloor(GridMap(cells, grid_map.resolution, origin), chassis.half_width + 0.08,
-                                 PlanningNumbers())
-        if all(not narrower.refusal(keep_free[0], place) for place in keep_free[1:]):
-            walls, posts, placed = walls + added, posts + more, placed + 1
-            if placed == 3:
-                break
-    return World(world.name, walls, posts, starts=world.starts, boxes=world.boxes)
+    contact: str
 
 
 def goals_of(grid_map: GridMap, chassis: Chassis, start, count: int, luck: random.Random) -> List[Pose]:
@@ -179,35 +99,32 @@ def run(seed: int, options) -> List[Leg]:
     chassis = Chassis(tuple(probe.shape.transducers), tuple(probe.model.outline(its.setup.gripper)), SPEED, TURN_RATE)
     start = its.world.starts[0]
     goals = goals_of(grid_map, chassis, start[:2], options.goals, luck)
-    world = with_obstacles(its.world, grid_map, chassis, [start[:2]] + [goal[:2] for goal in goals], luck)
+    kept = its.world.changed(goals={str(number): goal for number, goal in enumerate(goals)})
+    world = with_walkers(with_unmapped(kept, luck.randint(0, 3), seed), options.walkers, seed)
     robot = SimulatedRobot(its.setup, world, seed)
-    walkers = []
-    if options.walkers:
-        whole = world.occupancy(0.05)
-        floor = DrivableFloor(GridMap(whole[0], 0.05, whole[1]), PERSON, PlanningNumbers())
-        rows, columns = np.nonzero(floor.clearance > PERSON + 0.1)
-        picks = [tuple(float(e) for e in floor._map.middle(r, c)) for r, c in zip(rows, columns)]
-        places = [each for each in luck.sample(picks, min(40, len(picks))) if not floor.refusal(goals[0][:2], each)]
-        walkers = [Walker(floor, places, world, luck) for _ in range(options.walkers)]
+    world.crowd.enter(robot.firmware.hardware.body)     # so that people see it
+    people = people_of(world)
+    for person in people:
+        world.crowd.enter(person)
     navigator = Navigator(grid_map, chassis)
     set_accelerations(robot, navigator.acceleration_wanted)
     locate = locator(options, grid_map, robot, seed)
     legs, trail = [], []
-    body = robot.firmware.hardware.body
     sensing = robot.sense()
     place = locate(sensing)
     navigator.step(sensing, place, Readiness(), sensing.time)
     for number, goal in enumerate(goals):
-        begin, before = sensing.time, (robot.firmware.contacts, sum(each.touches for each in walkers))
+        begin, before = sensing.time, (robot.firmware.contacts, robot.firmware.touched_by_people)
         here = robot.firmware.true_pose
         shortest = navigator.shortest(here[:2], goal[:2])
         refusal = navigator.go_to(goal.x, goal.y, goal.heading, sensing.time)
         if refusal:
             print("seed %d: %s" % (seed, refusal))
-        costs, way, unsure, decision = [], 0.0, 0.0, None
+        costs, way, unsure, decision, contact = [], 0.0, 0.0, None, ""
         while sensing.time - begin < LONGEST:
-            for walker in walkers:
-                walker.walk(CYCLE, body)
+            for person in people:
+                for _ in person.step(CYCLE):
+                    robot.firmware.hardware.touched_by_person()
             sensing = robot.sense()
             place = locate(sensing)
             unsure += 0.0 if place.sure else CYCLE
@@ -222,14 +139,19 @@ def run(seed: int, options) -> List[Leg]:
                 print("%7.1f %5.2f %5.2f  %6.2f %6.2f %5.2f  %s: %s" % (
                     sensing.time, *decision.twist, *truth, decision.state, decision.reason), robot.firmware.contacts,
                       file=sys.stderr)
+            if not contact and robot.firmware.contacts > before[0]:
+                near = [tuple(round(float(each), 2) for each in into(Pose(*truth), *person.pose[:2]))
+                        for person in people]
+                contact = "at %.1f s %s, told (%.2f, %.2f), people at %s" % (
+                    sensing.time, tuple(round(each, 2) for each in truth), *decision.twist, near)
             trail.append((here, decision.state))
             if decision.state in (State.REACHED, State.FAILED):
                 break
         legs.append(Leg(
             seed, world.name, its.setup.model, number, decision.state.value, decision.reason,
-            robot.firmware.contacts - before[0], sum(each.touches for each in walkers) - before[1],
+            robot.firmware.contacts - before[0], robot.firmware.touched_by_people - before[1],
             sensing.time - begin, way, shortest, math.hypot(here[0] - goal.x, here[1] - goal.y),
-            abs(wrapped(here[2] - goal.heading)), tuple(costs), unsure))
+            abs(wrapped(here[2] - goal.heading)), tuple(costs), unsure, contact))
     bad = any(leg.state != "reached" or leg.contacts for leg in legs)
     if options.picture and (bad or options.all_pictures):
         draw(options.picture, seed, world, grid_map, trail, goals, navigator, chassis, legs)
@@ -259,10 +181,11 @@ def draw(folder, seed, world, grid_map, trail, goals, navigator, chassis, legs) 
     low_x, low_y, high_x, high_y = grid_map.bounds
     axes.imshow(np.where(grid_map.cells == 100, 0, np.where(grid_map.cells == 0, 255, 200)), origin="lower",
                 extent=(low_x, high_x, low_y, high_y), cmap="gray", vmin=0, vmax=255)
-    for x1, y1, x2, y2 in world.walls.tolist():
-        axes.plot([x1, x2], [y1, y2], "r-", linewidth=0.8)
-    for x, y, radius in world.posts.tolist():
-        axes.add_patch(pyplot.Circle((x, y), radius, color="r", fill=False))
+    for obstacle in world.unmapped:
+        for x1, y1, x2, y2 in obstacle.walls:
+            axes.plot([x1, x2], [y1, y2], "r-", linewidth=0.8)
+        for x, y, radius in obstacle.posts:
+            axes.add_patch(pyplot.Circle((x, y), radius, color="r", fill=False))
     xs, ys = zip(*[each[0][:2] for each in trail])
     axes.plot(xs, ys, "b-", linewidth=0.7)
     for number, goal in enumerate(goals):
@@ -333,9 +256,9 @@ def main() -> int:
             legs += some
             for leg in some:
                 if leg.state != "reached" or leg.contacts:
-                    print("seed %d (%s, %s) goal %d: %s after %.0f s: %s; %d contacts" % (
-                        leg.seed, leg.world, leg.model, leg.number, leg.state, leg.time, leg.reason, leg.contacts),
-                        flush=True)
+                    print("seed %d (%s, %s) goal %d: %s after %.0f s: %s; %d contacts %s" % (
+                        leg.seed, leg.world, leg.model, leg.number, leg.state, leg.time, leg.reason, leg.contacts,
+                        leg.contact), flush=True)
     print("seeds %s, %d goals, %d walkers, %s, s%d: %.0f s" % (
         options.seeds, options.goals, options.walkers, "localised" if options.localised else "true pose",
         options.specular, time.perf_counter() - began))

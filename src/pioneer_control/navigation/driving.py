@@ -54,7 +54,7 @@ class Steering:
         self._number, self._linear, self._angular = self._candidates()
 
     def choose(self, pose: Pose, velocity: Twist, around: Around, live: Iterable[int], plan: RoutePlan,
-               blocked: float = 0.0) -> SteeringChoice:
+               blocked: float = 0.0, told: Twist = STOP) -> SteeringChoice:
         """Return the velocity that leads on along a plan.
 
         Args:
@@ -64,10 +64,14 @@ class Steering:
             live: numbers of the transducers that work.
             plan: the plan to its goal.
             blocked: for how long (s) no way has led on. The longer, the more it prefers any move to standing; at last
-                it keeps no distance from what stands beside it, and is slow.
+                it keeps next to no distance from what stands beside it, and is slow.
+            told: the velocity that it was told last, so that it does not turn to and fro.
         """
-        allowed = self._allowed(velocity, around, live, blocked > self._tuned.squeeze_after)
+        allowed = self._allowed(velocity, around, live)
+        if blocked > self._tuned.squeeze_after:
+            allowed |= self._allowed(velocity, around, live, squeeze=True)
         cost = self._costs(pose, velocity, plan)
+        cost += self._tuned.reversal_weight * ((self._linear == 0.0) & (self._angular * told.angular < 0.0))
         cost[-1] += self._tuned.impatience * max(0.0, blocked - 1.0)
         cost[~allowed] = np.inf
         best = int(np.argmin(cost))

@@ -89,11 +89,13 @@ class _Task:
         self.goal, self.with_heading = goal, with_heading
         self.at_goal = False
         self.plan: Optional[RoutePlan] = None
-        self.planned = -math.inf        # s, when the plan was made
+        self.adopted = -math.inf        # s, when it was taken
+        self.planned = -math.inf        # s, when one was made last
         self.best = math.inf            # m, least cost to go so far
         self.progress = now             # s, when it last fell
         self.waits_since: Optional[float] = None
         self.waits_for = ""
+        self.told = STOP
         self.blocked_since: Optional[float] = None
         self.blocked_at: Optional[Pose] = None
 
@@ -281,9 +283,9 @@ class Navigator:
     def _drive(self, task: _Task, pose: Pose, now: float) -> Decision:
         numbers = self._numbers
         if now - task.planned >= numbers.navigator.replan or task.plan is None:
-            task.plan = self._floor.to(task.goal[:2], self._unmapped(pose))
-            task.planned = now
+            self._plan_anew(task, pose, now)
         around, live = self._around(pose, now), self._obstacles.live(now - numbers.navigator.silent)
+        assert task.plan is not None
         choice = self._choose(task, pose, around, live, now)
         if choice is None:
             return self._end(State.REACHED, "reached the goal")
@@ -297,12 +299,26 @@ class Navigator:
                 now - task.progress, math.hypot(task.goal.x - pose.x, task.goal.y - pose.y)))
         if task.blocked_at is not None and math.hypot(pose.x - task.blocked_at.x, pose.y - task.blocked_at.y) > 0.15:
             task.blocked_since = task.blocked_at = None
+        task.told = choice.twist
         if not choice.blocked:
             task.waits_since = None
             return Decision(choice.twist, State.DRIVING, choice.reason)
         if task.blocked_since is None:
             task.blocked_since, task.blocked_at = now, pose
         return Decision(STOP, State.WAITING, choice.reason)
+
+    def _plan_anew(self, task: _Task, pose: Pose, now: float) -> None:
+        """Plan. Keep the plan that there is while its way is not much worse, so that the robot does not turn to and fro
+        between two ways past an obstacle.
+        """
+        numbers = self._numbers.navigator
+        plan = self._floor.to(task.goal[:2], self._unmapped(pose))
+        task.planned = now
+        if task.plan is not None and now - task.adopted < numbers.plan_kept:
+            kept = plan.cost_of_way(task.plan.points_from(pose[:2]))
+            if float(plan.cost(np.array(pose.x), np.array(pose.y))) > numbers.better * kept:
+                return
+        task.plan, task.adopted = plan, now
 
     def _choose(self, task: _Task, pose: Pose, around: Around, live: List[int], now: float) -> Optional[SteeringChoice]:
         """Return the next velocity, or None when the robot stands at the goal."""
@@ -320,8 +336,9 @@ class Navigator:
             choice = self._steering.finish(pose, self._velocity, around, live, goal, turn_only=False)
             if not choice.blocked:
                 return choice
-        blocked = 0.0 if task.blocked_since is None else now - task.blocked_since
-        return self._steering.choose(pose, self._velocity, around, live, plan, blocked)
+        blocked = max(0.0 if task.blocked_since is None else now - task.blocked_since,
+                      now - task.progress - self._numbers.navigator.slow)
+        return self._steering.choose(pose, self._velocity, around, live, plan, blocked, task.told)
 
     def _unmapped(self, pose: Pose) -> Array:
         """Return the places (m, map frame) of what was heard and is on no map, as an array (number, 2)."""

@@ -8,8 +8,9 @@ echo and is still there.
 Places are kept in the frame of odometry, so that they stay right when the robot's pose on the map is corrected.
 """
 
+import collections
 import math
-from typing import Any, Dict, List, NamedTuple, Optional, Tuple
+from typing import Any, Deque, Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -23,16 +24,20 @@ from .values import Firing, Sensing
 Array = Any     # of numpy
 
 _ACROSS = np.array([-0.9, -0.45, 0.0, 0.45, 0.9]) * HALF_CONE
-_THROUGH = 0.5 * HALF_CONE
+_THROUGH = 0.7 * HALF_CONE
+_FIRINGS_KEPT = 40
 
 
 class Places(NamedTuple):
-    """Places where something was heard: x and y (m), time of the last echo (s), and whether the map explains it."""
+    """Places where something was heard: x and y (m), time of the last echo (s), whether the map explains it, and the
+    time (s) at which the place is forgotten.
+    """
 
     x: Array
     y: Array
     time: Array
     mapped: Array
+    until: Array
 
     def chosen(self, which: Array) -> "Places":
         """Return some of them: those that are true in an array of bools."""
@@ -55,12 +60,14 @@ class Obstacles:
         self._map, self._clearance, self._tuned = grid_map, clearance, tuned
         self._before: Optional[Sensing] = None
         self._fired: Dict[int, float] = {}
+        self._free: Deque[Tuple[Pose, float]] = collections.deque(maxlen=_FIRINGS_KEPT)  # eye, and how far it saw
         self.forget()
 
     def forget(self) -> None:
         """Forget all echoes."""
+        self._free.clear()
         none = np.zeros(0)
-        self._places, self._passed = Places(none, none, none, np.zeros(0, dtype=bool)), np.zeros(0, dtype=int)
+        self._places, self._passed = Places(none, none, none, np.zeros(0, dtype=bool), none), np.zeros(0, dtype=int)
 
     def live(self, since: float) -> List[int]:
         """Return the numbers of the transducers that have fired at or after a time (s)."""
@@ -72,7 +79,8 @@ class Obstacles:
 
     def add(self, places_x: Array, places_y: Array, time: float) -> None:
         """Remember places (m, frame of odometry) of which the robot knows by something else than an echo."""
-        self._put(places_x, places_y, time, np.zeros(len(places_x), dtype=bool))
+        self._put(places_x, places_y, time, np.zeros(len(places_x), dtype=bool),
+                  np.full(len(places_x), time + self._tuned.kept))
 
     def hear(self, sensing: Sensing, where: Optional[Pose]) -> None:
         """Take in the firings of one packet.
@@ -90,6 +98,7 @@ class Obstacles:
                 eye = compose(at, Pose(transducer.x, transducer.y, transducer.heading))
                 if math.isfinite(firing.range) and firing.range > 0.0:
                     self._see_through(eye, firing.range)
+                    self._free.append((eye, firing.range))
                     if firing.range < self._tuned.heard_to:
                         self._hear_one(sensing, firing, eye, where)
         self._before = sensing
@@ -97,6 +106,7 @@ class Obstacles:
     def _hear_one(self, sensing: Sensing, firing: Firing, eye: Pose, where: Optional[Pose]) -> None:
         x, y = out_of(eye, firing.range * np.cos(_ACROSS), firing.range * np.sin(_ACROSS))
         explained = np.zeros(len(x), dtype=bool)
+        until = firing.time + np.where(np.abs(_ACROSS) < 0.4 * HALF_CONE, self._tuned.kept, self._tuned.kept_aside)
         if where is not None:
             near = self._tuned.explained + self._tuned.explained_share * firing.range
             on_map = out_of(where, *into(sensing.odometry, x, y))
@@ -107,9 +117,23 @@ class Obstacles:
             explained = room < near
         if explained.any():
             x, y, explained = x[explained], y[explained], explained[explained]
-        self._put(x, y, firing.time, explained)
+            until = np.full(len(x), firing.time + self._tuned.kept_known)
+        else:
+            left = ~self._seen_free(x, y)
+            if left.any():
+                x, y, until, explained = x[left], y[left], until[left], explained[left]
+        self._put(x, y, firing.time, explained, until)
 
-    def _put(self, x: Array, y: Array, time: float, mapped: Array) -> None:
+    def _seen_free(self, x: Array, y: Array) -> Array:
+        """Return which places the last echoes have passed: the part of an arc that is left has the obstacle."""
+        eye_x, eye_y, heading, seen = np.array([(*eye, far) for eye, far in self._free]).T[:, :, np.newaxis]
+        along = (x - eye_x) * np.cos(heading) + (y - eye_y) * np.sin(heading)
+        aside = np.abs((y - eye_y) * np.cos(heading) - (x - eye_x) * np.sin(heading))
+        passed = (along > 0) & (aside < along * math.tan(_THROUGH)) & (
+            np.hypot(x - eye_x, y - eye_y) < seen - self._tuned.seen_through)
+        return np.asarray(passed.any(axis=0))
+
+    def _put(self, x: Array, y: Array, time: float, mapped: Array, until: Array) -> None:
         cell = self._tuned.cell
         known = set(zip(np.floor(x / cell).astype(int).tolist(), np.floor(y / cell).astype(int).tolist()))
         old = self._places
@@ -117,7 +141,7 @@ class Obstacles:
                                                         np.floor(old.y / cell).astype(int).tolist())], dtype=bool)
         kept = old.chosen(~again)
         self._places = Places(np.append(kept.x, x), np.append(kept.y, y), np.append(kept.time, np.full(len(x), time)),
-                              np.append(kept.mapped, mapped))
+                              np.append(kept.mapped, mapped), np.append(kept.until, until))
         self._passed = np.append(self._passed[~again], np.zeros(len(x), dtype=int))
 
     def _see_through(self, eye: Pose, heard_range: float) -> None:
@@ -130,8 +154,7 @@ class Obstacles:
             self._keep(self._passed < self._tuned.passes)
 
     def _drop_old(self, now: float) -> None:
-        age = now - self._places.time
-        self._keep(age < np.where(self._places.mapped, self._tuned.kept_known, self._tuned.kept))
+        self._keep(now < self._places.until)
 
     def _keep(self, which: Array) -> None:
         if not which.all():

@@ -123,7 +123,7 @@ class DrivableFloor:
         aims = following
         for _ in range(_AIM_STEPS - 1):
             aims = following[aims]
-        return RoutePlan(goal, values, previous, aims, self)
+        return RoutePlan(goal, values, cost, previous, aims, self)
 
     def shortest(self, start: Point, goal: Point) -> float:
         """Return the length (m) of the shortest way between two places, infinite when there is none."""
@@ -214,6 +214,7 @@ class RoutePlan:
     Attributes:
         goal: x and y (m, map frame).
         values: the cost to go from the middle of each square; in metres of open floor.
+        costs: the cost of a metre in each square.
         previous: for each square that may be used, the next one on its way to the goal; -1 or less: none.
         aims: for each such square, one farther on its way, at which the robot aims.
         floor: the floor it was made for.
@@ -221,6 +222,7 @@ class RoutePlan:
 
     goal: Point
     values: Array
+    costs: Array
     previous: Array
     aims: Array
     floor: DrivableFloor
@@ -233,6 +235,15 @@ class RoutePlan:
         """Return the direction (rad, map frame) from points (m, map frame) to where their way is some squares on."""
         aim_x, aim_y = self.floor.aim_at(self.aims, x, y)
         return np.arctan2(aim_y - y, aim_x - x)
+
+    def cost_of_way(self, points: List[Point]) -> float:
+        """Return the cost of a way (m, map frame), also of one of another plan."""
+        x, y = np.array(points).T
+        row, column = self.floor.fraction(x[1:], y[1:])
+        rows, columns = self.costs.shape
+        each = self.costs[np.clip(np.rint(row).astype(int), 0, rows - 1),
+                          np.clip(np.rint(column).astype(int), 0, columns - 1)]
+        return float((each * np.hypot(np.diff(x), np.diff(y))).sum())
 
     def points_from(self, place: Point) -> List[Point]:
         """Return the way from a place to the goal as points (m, map frame), about a square apart. Ends at the goal."""

@@ -102,15 +102,16 @@ class PlanningNumbers:
 class ObstacleNumbers:
     """Numbers of `obstacles`."""
 
-    heard_to: float = parameter(2.5, Number(0.5, 5), "an echo from farther away leaves no obstacle", "m")
+    heard_to: float = parameter(2.0, Number(0.5, 5), "an echo from farther away leaves no obstacle", "m")
     cell: float = parameter(0.05, Number(0.01, 0.2), "echoes nearer to each other than about this are one", "m")
     explained: float = parameter(0.15, Number(0, 1), "an echo this near to a wall of the map comes from it", "m")
     explained_share: float = parameter(0.03, Number(0, 1), "what is added to that distance for each metre of range")
     kept: float = parameter(25.0, Number(1, 600), "time after which what is on no map is forgotten", "s")
+    kept_aside: float = parameter(5.0, Number(0, 600), "the same for the sides of an arc, where it rather is not", "s")
     kept_known: float = parameter(3.0, Number(0, 600), "time after which a wall's echo is forgotten", "s")
     young: float = parameter(1.5, Number(0, 60), "an echo younger than this may be of somebody who walks", "s")
     seen_through: float = parameter(0.2, Number(0.02, 2), "an echo from this much farther has passed an obstacle", "m")
-    passes: int = parameter(3, Whole(1, 50), "so often an echo must pass an obstacle until it is forgotten")
+    passes: int = parameter(2, Whole(1, 50), "so often an echo must pass an obstacle until it is forgotten")
 
 
 @dataclass(frozen=True)
@@ -130,11 +131,12 @@ class SteeringNumbers:
     heading_weight: float = parameter(0.3, Number(0, 5), "what a radian off the best heading costs", "m")
     near_weight: float = parameter(0.5, Number(0, 10), "weight of the cost of the floor that a move passes")
     change_weight: float = parameter(0.02, Number(0, 5), "what a change of the turn rate costs", "m for each rad/s")
+    reversal_weight: float = parameter(0.15, Number(0, 5), "what turning back on the spot costs", "m")
     impatience: float = parameter(0.3, Number(0, 10), "what standing costs more for each second without a way", "m")
     squeeze_after: float = parameter(4.0, Number(0, 600), "time without a way after which it keeps next to no distance",
                                      "s")
     arrived: float = parameter(0.035, Number(0.005, 0.5), "distance from the goal that is good enough", "m")
-    arrived_heading: float = parameter(0.04, Number(0.005, 0.5), "heading off the goal's that is good enough", "rad")
+    arrived_heading: float = parameter(0.03, Number(0.005, 0.5), "heading off the goal's that is good enough", "rad")
     final: float = parameter(0.6, Number(0.1, 2), "distance from which the robot aims at the goal itself", "m")
 
 
@@ -142,6 +144,8 @@ class SteeringNumbers:
 class NavigatorNumbers:
     """Numbers of `navigator`."""
 
+    better: float = parameter(0.8, Number(0.01, 1), "a new plan is taken if it costs less than this share")
+    plan_kept: float = parameter(6.0, Number(0, 600), "time after which a new plan is taken anyway", "s")
     replan: float = parameter(1.0, Number(0.1, 10), "time from one plan to the next", "s")
     stale: float = parameter(0.5, Number(0.1, 5), "what the robot senses is too old after this time", "s")
     silent: float = parameter(1.0, Number(0.2, 10), "a transducer that has not fired for this time does not look", "s")
@@ -149,6 +153,7 @@ class NavigatorNumbers:
     unsure_room: float = parameter(0.15, Number(0, 1), "room around the turning robot that this needs", "m")
     patience: float = parameter(60.0, Number(1, 3600), "time without progress after which it gives up", "s")
     wait: float = parameter(120.0, Number(1, 3600), "time that it waits for one reason before it gives up", "s")
+    slow: float = parameter(5.0, Number(0.1, 600), "time without progress that counts as having no way", "s")
     progress: float = parameter(0.3, Number(0.01, 5), "what the cost to go must fall to count as progress", "m")
     rest: float = parameter(1.0, Number(0, 10), "time it stands after a stall", "s")
 

@@ -37,19 +37,19 @@ def test_an_echo_that_no_wall_explains_lies_on_an_arc_across_the_cone():
 
 
 def test_an_echo_of_a_wall_is_explained():
-    places = hear(memory(), 2.0, 1.0, number=0)     # to the left, where the wall is at y = 3.975
+    places = hear(memory(), 1.85, 1.0, number=0)     # to the left, where the wall is at y = 3.975
     assert len(places.x) and places.mapped.all()
 
 
 def test_an_echo_is_explained_at_its_pose_on_the_map_and_kept_in_the_frame_of_odometry():
-    places = hear(memory(), 2.0, 1.0, number=0, odometry=Pose(-7.0, 1.0, math.pi / 2))
+    places = hear(memory(), 1.85, 1.0, number=0, odometry=Pose(-7.0, 1.0, math.pi / 2))
     assert places.mapped.all()
-    assert places.x == pytest.approx(np.full(len(places.x), -7.0 - 0.136 - 2.0), abs=0.06)
+    assert places.x == pytest.approx(np.full(len(places.x), -7.0 - 0.136 - 1.85), abs=0.06)
     assert not hear(memory(), 1.0, 1.0, odometry=Pose(-7.0, 1.0, 0.0)).mapped.any()
 
 
 def test_when_unsure_the_map_explains_nothing():
-    assert not hear(memory(), 2.0, 1.0, number=0, where=None).mapped.any()
+    assert not hear(memory(), 1.85, 1.0, number=0, where=None).mapped.any()
 
 
 @pytest.mark.parametrize("distance", [math.inf, math.nan, -1.0, 0.0, 3.0])
@@ -63,14 +63,14 @@ def test_a_transducer_that_is_not_fitted_is_ignored():
 
 
 def test_an_obstacle_is_forgotten_after_its_time():
-    obstacles = memory(kept=5.0)
+    obstacles = memory(kept=5.0, kept_aside=5.0)
     hear(obstacles, 1.0, 1.0)
     assert len(hear(obstacles, math.inf, 5.9).x) == 5
     assert len(hear(obstacles, math.inf, 6.1).x) == 0
 
 
 def test_echoes_from_farther_away_clear_what_they_passed_and_silence_does_not():
-    obstacles = memory(passes=3)
+    obstacles = memory(passes=3, kept_aside=25.0)
     hear(obstacles, 1.0, 1.0)
     for number in range(20):
         hear(obstacles, math.inf, 1.1 + 0.1 * number)
@@ -121,3 +121,17 @@ def test_the_faces_of_walls_near_a_pose():
     x, y = cells_near(grid_map, edges, Pose(1.0, 2.0, math.pi), 1.5)
     assert len(x) and x == pytest.approx(np.full(len(x), 1.0 - 0.025)), "one wall, ahead of the turned robot"
     assert len(cells_near(grid_map, edges, Pose(-90.0, 2.0, 0.0), 1.5)[0]) == 0
+
+
+def test_a_part_of_an_arc_that_other_echoes_have_passed_is_left_out():
+    obstacles = memory()
+    turned = Pose(2.0, 2.0, math.radians(-10.0))
+    hear(obstacles, 4.0, 1.0, odometry=turned, where=turned)
+    places = hear(obstacles, 1.0, 1.1)
+    assert 0 < len(places.x) < 5 and places.y.max() > 2.3 and places.y.min() > 2.05
+
+
+def test_the_sides_of_an_arc_are_forgotten_before_its_middle():
+    obstacles = memory()
+    hear(obstacles, 1.0, 1.0)
+    assert len(hear(obstacles, math.inf, 8.0).x) == 1
