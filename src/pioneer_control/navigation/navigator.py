@@ -123,6 +123,15 @@ class Navigator:
         self._place: Optional[Pose] = None
         self._stalled = -math.inf       # s, when a wheel last stalled
 
+    def use_map(self, grid_map: GridMap) -> None:
+        """Go on with a newer map. Goal and obstacles stay; the way is planned anew."""
+        self._map = grid_map
+        self._floor = DrivableFloor(grid_map, self._chassis.half_width, self._numbers.planning)
+        self._edges = edge_cells(grid_map, self._floor.clearance)
+        self._obstacles.use_map(grid_map, self._floor.clearance)
+        if self._task is not None:
+            self._task.planned = -math.inf
+
     @property
     def acceleration_wanted(self) -> Accelerations:
         """The accelerations that the driver is to be asked for while a goal is driven to."""

@@ -63,6 +63,10 @@ class Obstacles:
         self._free: Deque[Tuple[Pose, float]] = collections.deque(maxlen=_FIRINGS_KEPT)  # eye, and how far it saw
         self.forget()
 
+    def use_map(self, grid_map: GridMap, clearance: Array) -> None:
+        """Go on with a newer map. For the arguments see the class."""
+        self._map, self._clearance = grid_map, clearance
+
     def forget(self) -> None:
         """Forget all echoes."""
         self._free.clear()

@@ -2,14 +2,18 @@
 goals, and explores. The node and the benches use it alike.
 """
 
-from typing import Any, List, NamedTuple, Optional
+from typing import Any, List, NamedTuple, Optional, Union
+
+import numpy as np
 
 from ..errors import RefusedError
 from ..floor_poses import Pose
 from ..maps import FloorMap, GridMap
 from .chassis import Chassis
+from .exploring import Explorer
 from .localisation import Localisation, Where
-from .navigator import Accelerations, Navigator, Readiness, State
+from .mapping import Mapper
+from .navigator import Accelerations, Decision, Navigator, Readiness, State
 from .planning import Point
 from .tuned import NavigationNumbers
 from .values import Sensing, Twist
@@ -17,6 +21,14 @@ from .values import Sensing, Twist
 Array = Any     # of numpy
 
 STAND = Twist(0.0, 0.0)
+NEW_MAP_EVERY = 1.0
+"""Time (s) between two maps that the navigator gets while one is being made."""
+LISTENS = 2.0
+"""Time (s) in which the robot listens before it explores."""
+MOST_REFUSALS = 20
+"""How many goals of the explorer the navigator may refuse, one after the other."""
+WORKS = State.DRIVING, State.WAITING
+"""The states with a goal."""
 
 
 class PilotStep(NamedTuple):
@@ -78,20 +90,68 @@ class KnownMap:
         return self._localisation.update(sensing)
 
 
+class OwnMap:
+    """Makes a map while the robot drives, and knows where the robot is on it. It begins at 0, 0, 0.
+
+    Args:
+        chassis: the robot.
+        numbers: the tuned numbers.
+    """
+
+    def __init__(self, chassis: Chassis, numbers: NavigationNumbers):
+        self._mapper = Mapper(chassis.transducers, numbers.map, numbers.match, numbers.mapper)
+        self._covariance = np.diag((0.1, 0.1, 0.05)) ** 2      # within a stretch of path
+
+    @property
+    def grid(self) -> GridMap:
+        """The map as it is now."""
+        return self._mapper.grid_map()
+
+    @property
+    def drivable(self) -> GridMap:
+        """The same: nobody has forbidden anything on it."""
+        return self.grid
+
+    @property
+    def particles(self) -> Array:
+        """The pose on the map, as an array (1, 3) of x, y (m) and heading (rad)."""
+        return np.array([self._mapper.pose], dtype=float)
+
+    def start_at(self, pose: Pose, position: float, heading: float) -> None:
+        """Refuse: a map that is being made begins where the robot began."""
+        raise RefusedError("a map is being made: the robot is where this map says")
+
+    def start_anywhere(self) -> None:
+        """Refuse, as `start_at`."""
+        raise RefusedError("a map is being made: the robot is where this map says")
+
+    def sense(self, sensing: Sensing) -> Where:
+        """Add what was sensed to the map, and return where the robot is on it."""
+        return Where(sensing.time, self._mapper.update(sensing), True, self._covariance, "")
+
+    def finish(self) -> None:
+        """Draw the whole map anew with all that is known now."""
+        self._mapper.finish()
+
+
 class Pilot:
     """The navigation of one robot.
 
     Args:
-        floor: the map.
+        floor: the map. None: the robot makes one.
         chassis: the robot.
         numbers: the tuned numbers.
         seed: of what chance decides.
     """
 
-    def __init__(self, floor: FloorMap, chassis: Chassis, numbers: NavigationNumbers = NavigationNumbers(),
+    def __init__(self, floor: Optional[FloorMap], chassis: Chassis, numbers: NavigationNumbers = NavigationNumbers(),
                  seed: int = 0):
         self._chassis, self._numbers = chassis, numbers
-        self._knows = KnownMap(floor, chassis, numbers, seed)
+        self._knows: Union[KnownMap, OwnMap] = (
+            OwnMap(chassis, numbers) if floor is None else KnownMap(floor, chassis, numbers, seed))
+        self._explorer: Optional[Explorer] = None
+        self._explore_from = 0.0
+        self._mapped = -NEW_MAP_EVERY
         self._navigator = Navigator(self._knows.drivable, chassis, numbers)
         self._goal: Optional[Pose] = None
         self.step = NOTHING_YET
@@ -100,7 +160,7 @@ class Pilot:
     @property
     def makes_map(self) -> bool:
         """Whether the map is being made."""
-        return False
+        return isinstance(self._knows, OwnMap)
 
     @property
     def grid(self) -> GridMap:
@@ -131,12 +191,32 @@ class Pilot:
 
     def go_to(self, goal: Pose) -> str:
         """Send the robot to a goal. Return why it does not go, for people; empty: it goes."""
+        self._explorer = None
         return self._send(goal)
 
     def cancel(self) -> None:
         """The goal counts no more; the robot stands."""
-        self._goal = None
+        self._explorer = self._goal = None
         self._navigator.cancel(self.step.time)
+
+    def explore(self, on: bool) -> str:
+        """Begin to explore, or end. Return why not, for people; empty: it does."""
+        self.cancel()
+        if not on:
+            return ""
+        if not self.makes_map:
+            return "there is a map: exploring makes one, so start navigation without a map"
+        if self.step.where is None:
+            return self.step.reason
+        self._explorer = Explorer(self.step.where.pose, self._chassis.half_width + self._numbers.planning.keep,
+                                  self._numbers.exploring)
+        self._explore_from = self.step.time + LISTENS
+        return ""
+
+    def finish(self) -> None:
+        """Make the best of a map that was made, before it is saved. This takes some seconds."""
+        if isinstance(self._knows, OwnMap):
+            self._knows.finish()
 
     def way(self, start: Pose, goal: Pose) -> List[Point]:
         """Return the way between two poses as points, without driving. Raises RefusedError with the reason if none."""
@@ -160,12 +240,39 @@ class Pilot:
     def sense(self, sensing: Sensing, readiness: Readiness) -> PilotStep:
         """Take what the robot sensed in one packet, and return what to do."""
         where = self._knows.sense(sensing)
+        if self.makes_map and not 0.0 <= sensing.time - self._mapped < NEW_MAP_EVERY:
+            self._mapped = sensing.time
+            self._navigator.use_map(self._knows.drivable)
         decision = self._navigator.step(sensing, where, readiness, sensing.time)
-        if decision.state not in (State.DRIVING, State.WAITING):
+        if self._explorer is not None and decision.state not in WORKS:
+            decision = self._explore_on(self._explorer, where, decision)
+        elif decision.state not in WORKS:
             self._goal = None
         self.step = PilotStep(sensing.time, sensing.odometry, where, decision.state, decision.reason, decision.twist,
                               self._goal, self._navigator.plan)
         return self.step
+
+    def _explore_on(self, explorer: Explorer, where: Where, ended: Decision) -> Decision:
+        """Choose where to go next, after the way to the goal before has ended."""
+        if where.time < self._explore_from:
+            return Decision(STAND, State.WAITING, "listening before it explores")
+        if self._goal is not None:
+            explorer.give_up(self._goal)        # reached or not: there is nothing more to learn there
+            if explorer.homeward:
+                self._explorer = self._goal = None
+                home = ended.state is State.REACHED
+                return ended._replace(reason="explored, home again" if home else "explored, not home: " + ended.reason)
+        for _ in range(MOST_REFUSALS):
+            following = explorer.next(self.grid, where.pose)
+            assert following.pose is not None
+            refusal = self._send(following.pose)
+            if not refusal:
+                return Decision(STAND, State.DRIVING, "exploring: %s" % following.reason)
+            explorer.give_up(following.pose)
+            if explorer.homeward:
+                break
+        self._explorer = self._goal = None
+        return Decision(STAND, State.FAILED, "explored, not home: %s" % refusal)
 
     def _send(self, goal: Pose) -> str:
         refusal = self._navigator.go_to(goal.x, goal.y, goal.heading, self.step.time)

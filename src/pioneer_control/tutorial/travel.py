@@ -119,11 +119,13 @@ class Travel:
     def explore(self) -> str:
         """Let the robot drive where its map ends, until all is known, and home. Return why that failed, or nothing."""
         self.wait()
+        asked = rospy.Time.now()
         answer = self._call("explore", SetBool, True)
         if not answer.success:
             return str(answer.message)
         try:
-            while self._news[Navigation].state not in ("reached", "failed"):
+            while self._news[Navigation].header.stamp <= asked or self._news[Navigation].state not in (
+                    "reached", "failed"):
                 if rospy.is_shutdown():
                     raise rospy.ROSInterruptException("this program is ending")
                 rospy.rostime.wallsleep(LOOK_AGAIN)

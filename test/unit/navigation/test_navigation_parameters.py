@@ -34,7 +34,7 @@ def test_a_pose_to_begin_at():
     ({"initial_pose": [1, 2, float("nan")]}, "three numbers"), ({"mpa": "lab.yaml"}, "unknown parameter ~mpa"),
     ({"localisation": 3}, "must have numbers below it"),
     ({"localisation": {"particles": -1}}, "particles"), ({"localisation": {"partikles": 9}}, "partikles"),
-    ({}, "~map is empty"), ({"map": ""}, "~map is empty"),
+    ({"map": "lab.yaml", "save_to": "new.yaml"}, "save_to"), ({"save_to": "new.pgm"}, "must end in .yaml"),
 ])
 def test_what_is_not_legal_is_named(given, named):
     with pytest.raises(ParameterError, match=named):

@@ -1,4 +1,4 @@
-"""The node of navigation: it knows where the robot is, and drives the robot to goals, with sonar alone.
+"""The node of navigation: it knows where the robot is, makes a map, and drives to goals, with sonar alone.
 
 The names are those of amcl, map_server and move_base, so that programs and RViz work with it unchanged. They are
 relative to the namespace of the robot. docs/navigation.md has all of them.
@@ -9,7 +9,7 @@ relative to the namespace of the robot. docs/navigation.md has all of them.
 says.
 
 *Action* ``move_base``. *Services* ``go_to``, ``static_map``, ``global_localization``, ``save_map``, ``save_place``,
-``move_base/make_plan``, ``move_base/clear_costmaps``.
+``explore``, ``move_base/make_plan``, ``move_base/clear_costmaps``.
 
 *Parameters*: see `NavigationParameters`; the numbers of `tuned` below the names of their parts.
 """
@@ -18,13 +18,13 @@ import sys
 import threading
 from dataclasses import replace
 from time import monotonic
-from typing import Any, Callable, List
+from typing import Any, Callable, List, Optional
 
 import rospy
 import tf
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist, Vector3
 from nav_msgs.srv import GetMap, GetMapResponse, GetPlan, GetPlanResponse
-from std_srvs.srv import Empty, EmptyResponse
+from std_srvs.srv import Empty, EmptyResponse, SetBool, SetBoolResponse
 
 from ...errors import PioneerError, RefusedError, UsageError
 from ...floor_poses import Pose, compose
@@ -64,12 +64,12 @@ class NavigationNode:
 
     Args:
         parameters: parameters of the node.
-        floor: the map.
+        floor: the map; None: the robot makes one.
         info: the robot, as its driver tells it.
         numbers: the tuned numbers.
     """
 
-    def __init__(self, parameters: NavigationParameters, floor: FloorMap, info: RobotInfo,
+    def __init__(self, parameters: NavigationParameters, floor: Optional[FloorMap], info: RobotInfo,
                  numbers: NavigationNumbers):
         self._parameters = parameters
         self._frame = parameters.global_frame_id
@@ -79,7 +79,7 @@ class NavigationNode:
         self._pilot = Pilot(floor, chassis, self._with_own_brakes(numbers), parameters.seed)
         if parameters.initial_pose is not None:
             self._pilot.start_at(parameters.initial_pose)
-        elif parameters.start == "home" and floor.starts:
+        elif parameters.start == "home" and floor and floor.starts:
             self._pilot.start_at(floor.starts[0])
         self._drives, self._borrow_at = False, 0.0
         self._goals = GoalServer(self._accept_goal, self._cancel, self._refuses)
@@ -105,7 +105,7 @@ class NavigationNode:
         for name, kind, serve in (
                 ("go_to", GoTo, self._go_to), ("static_map", GetMap, self._static_map),
                 ("global_localization", Empty, self._anywhere), ("save_map", SaveMap, self._save_map),
-                ("move_base/make_plan", GetPlan, self._make_plan),
+                ("explore", SetBool, self._explore), ("move_base/make_plan", GetPlan, self._make_plan),
                 ("move_base/clear_costmaps", Empty, self._forget_obstacles)):
             rospy.Service(name, kind, self._locked(serve))
         rospy.Subscriber("initialpose", PoseWithCovarianceStamped, self._hear_start, queue_size=1)
@@ -121,6 +121,10 @@ class NavigationNode:
         with self._lock:
             self._stand()
             self._goals.dropped("navigation ends")
+            if self._parameters.save_to and self._pilot.step.where is not None:
+                self._pilot.finish()
+                self._write_map(self._parameters.save_to)
+                print("the map is saved in %s" % self._parameters.save_to)      # rosout has ended
 
     def _locked(self, act: Callable[[Any], Any]) -> Callable[[Any], Any]:
         def locked(message: Any) -> Any:
@@ -243,7 +247,10 @@ class NavigationNode:
 
     def _anywhere(self, request: Any) -> EmptyResponse:
         rospy.loginfo("somebody asks the robot to find out where it is")
-        self._pilot.start_anywhere()
+        try:
+            self._pilot.start_anywhere()
+        except PioneerError as error:
+            raise rospy.ServiceException(str(error)) from None
         return EmptyResponse()
 
     def _make_plan(self, request: Any) -> GetPlanResponse:
@@ -261,13 +268,22 @@ class NavigationNode:
 
     def _save_map(self, request: Any) -> SaveMapResponse:
         try:
-            write_ros_map(self._pilot.grid, request.file)
-            if self._keeper.places:
-                write_goals(self._keeper.places, goals_file(request.file))
+            self._write_map(request.file)
         except PioneerError as error:
             return SaveMapResponse(False, str(error))
         rospy.loginfo("the map is saved in %s", request.file)
         return SaveMapResponse(True, "saved in %s" % request.file)
+
+    def _write_map(self, file: str) -> None:
+        write_ros_map(self._pilot.grid, file)
+        if self._keeper.places:
+            write_goals(self._keeper.places, goals_file(file))
+
+    def _explore(self, request: Any) -> SetBoolResponse:
+        self._goals.dropped("the robot explores" if request.data else "exploring ends")
+        self._stand()
+        why_not = self._pilot.explore(request.data)
+        return SetBoolResponse(not why_not, why_not or ("exploring" if request.data else "exploring has ended"))
 
 
 def chassis_of(info: RobotInfo, parameters: NavigationParameters) -> Chassis:
@@ -284,10 +300,13 @@ def main() -> int:
     init_node("navigation")
     try:
         parameters, numbers = check_parameters(rospy.get_param("~", {}))
-        floor = load_floor_map(parameters.map)
-        rows, columns = floor.grid.cells.shape
-        rospy.loginfo("map %s: %.1f m by %.1f m, places: %s", floor.name, columns * floor.grid.resolution,
-                      rows * floor.grid.resolution, ", ".join(floor.goals) or "none")
+        floor = load_floor_map(parameters.map) if parameters.map else None
+        if floor is None:
+            rospy.loginfo("no map is given: the robot makes one while it drives")
+        else:
+            rows, columns = floor.grid.cells.shape
+            rospy.loginfo("map %s: %.1f m by %.1f m, places: %s", floor.name, columns * floor.grid.resolution,
+                          rows * floor.grid.resolution, ", ".join(floor.goals) or "none")
         node = NavigationNode(parameters, floor, robot_info(), numbers)
     except PioneerError as error:
         rospy.logfatal("%s (What an earlier start was given stays until: rosparam delete %s)", error, rospy.get_name())

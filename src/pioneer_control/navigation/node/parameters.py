@@ -29,7 +29,9 @@ class PlaceOrNothing(NamedTuple):
 class NavigationParameters:
     """The private parameters of the navigation node."""
 
-    map: str = parameter("", Text(empty=True), "file of the map (map_server's .yaml, ARIA's .map), or name of a world")
+    map: str = parameter("", Text(empty=True), "file of the map (map_server's .yaml, ARIA's .map), or name of a world;"
+                                               " empty: the robot makes a map")
+    save_to: str = parameter("", Text(empty=True), "file (.yaml) in which a map that is made is saved at the end")
     start: str = parameter("unknown", Choice(("home", "unknown")),
                            "home: the robot begins where the map has its start; unknown: it finds out where it is")
     initial_pose: Optional[Pose] = parameter(None, PlaceOrNothing(), "where the robot begins, if somebody knows",
@@ -84,6 +86,8 @@ def check_parameters(given: Mapping[str, Any]) -> Tuple[NavigationParameters, Na
     if unknown:
         known = ", ~".join([entry.name for entry in fields(NavigationParameters)] + list(parts))
         raise ParameterError("unknown parameter ~%s: there are ~%s" % (", ~".join(unknown), known))
-    if not parameters.map:
-        raise ParameterError("~map is empty: give the file of a map (.yaml, .map), or the name of a world")
+    if parameters.map and parameters.save_to:
+        raise ParameterError("~save_to is %r: a map is saved where one is made, without ~map" % parameters.save_to)
+    if parameters.save_to and not parameters.save_to.endswith(".yaml"):
+        raise ParameterError("~save_to is %r: the name of the file must end in .yaml" % parameters.save_to)
     return parameters, NavigationNumbers(**tuned)

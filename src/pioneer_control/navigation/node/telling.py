@@ -51,6 +51,7 @@ class Telling:
         self._due = dict.fromkeys(PERIODS, 0.0)
         self._planned = False
         self._said: Any = None
+        self._told: Any = None
         self.tell_map()
 
     def tell_map(self) -> None:
@@ -63,7 +64,10 @@ class Telling:
         """Publish what a step says, and log it when it is news."""
         stamp = rospy.Time.from_sec(step.time)
         if step.where is not None:
-            self._tell_where(step, step.where, stamp)
+            self._tell_state(step, step.where, stamp)
+            if stamp != self._told:     # while the robot is silent nothing is known anew
+                self._told = stamp
+                self._tell_where(step, step.where, stamp)
         if self._cloud.get_num_connections() and self._is_due("cloud"):
             particles = self._pilot.particles
             self._cloud.publish(cloud_message(particles[::max(1, len(particles) // MOST_DRAWN)], self._frame, stamp))
@@ -86,6 +90,8 @@ class Telling:
                                self._parameters.odom_frame, self._frame)
         self._amcl_pose.publish(pose_with_covariance(where.pose, where.covariance, self._frame, stamp))
         self._footprint.publish(footprint_message(self._outline, self._parameters.base_frame, stamp))
+
+    def _tell_state(self, step: PilotStep, where: Where, stamp: Any) -> None:
         self._state.publish(Navigation(
             header_of(self._frame, stamp), step.state.value, step.reason, where.sure, where.reason, pose2d(where.pose),
             [pose2d(step.goal)] if step.goal else [], step.twist.linear, step.twist.angular))

@@ -1,0 +1,157 @@
+"""One robot's whole navigation: it goes where it is sent, with a simulated robot in a small world."""
+
+import math
+
+import pytest
+
+from pioneer_control import p2os
+from pioneer_control.client.odometry import Odometry
+from pioneer_control.errors import RefusedError
+from pioneer_control.floor_poses import Pose
+from pioneer_control.navigation.chassis import Chassis
+from pioneer_control.navigation.firings import timed
+from pioneer_control.navigation.map_files import floor_map_of
+from pioneer_control.navigation.navigator import Readiness, State
+from pioneer_control.navigation.pilot import Pilot
+from pioneer_control.navigation.values import Sensing
+from pioneer_control.robots import find_model
+from pioneer_control.simulator.firmware import Firmware
+from pioneer_control.simulator.world import World
+from pioneer_control.simulator.world.poses import box_walls, closed
+
+MODEL = find_model("p3dx-sh")
+ROOM = closed([(0.0, 0.0), (6.0, 0.0), (6.0, 4.0), (2.0, 4.0), (2.0, 5.0), (0.0, 5.0)]) + box_walls(
+    (3.5, 1.4), (0.6, 0.8), 0.0)
+START = (1.0, 1.0, 0.5)
+
+
+class Drive:
+    """A pilot and its simulated robot."""
+
+    def __init__(self, with_map=True):
+        world = World("room", ROOM, starts=[START])
+        self.firmware = Firmware(MODEL, world, gripper=False)
+        self.pilot = Pilot(floor_map_of(world) if with_map else None,
+                           Chassis(MODEL.sonar, MODEL.outline(False), 0.4, 1.0), seed=1)
+        self._decoder, self._odometry = p2os.FrameDecoder(), Odometry(
+            MODEL.dist_mm_per_unit, MODEL.angle_units_per_rev)
+        for step in (p2os.SYNC0, p2os.SYNC1, p2os.SYNC2):
+            self.firmware.receive(p2os.encode_frame(step))
+        for command in (("OPEN",), ("ENABLE", 1), ("SONAR", 1), ("SETA", 500), ("SETA", -800), ("SETRA", 172),
+                        ("SETRA", -172)):
+            self.firmware.receive(p2os.encode_command(*command))
+
+    def step(self, readiness=Readiness()):
+        """Let one packet come, and do what the pilot says."""
+        sip = None
+        while not isinstance(sip, p2os.Sip):
+            for frame in self._decoder.feed(self.firmware.advance(0.02)):
+                sip = p2os.decode_packet(frame)
+        self._odometry.update(sip.x_counts, sip.y_counts, sip.heading_units)
+        heard = [(each.number, each.range_units * MODEL.range_mm_per_unit / 1000.0) for each in sip.sonar]
+        step = self.pilot.sense(Sensing(self.firmware.time, Pose(*self._odometry.pose),
+                                        timed(heard, self.firmware.time)), readiness)
+        self.firmware.receive(p2os.encode_command("VEL", round(step.twist.linear * 1000)))
+        self.firmware.receive(p2os.encode_command("RVEL", round(math.degrees(step.twist.angular))))
+        return step
+
+    def until(self, *states, most=120.0):
+        """Go on until the pilot is in one of some states, at most for some simulated seconds. Return the last step."""
+        end = self.firmware.time + most
+        while True:
+            step = self.step()
+            if step.state in states:
+                return step
+            assert self.firmware.time < end, step
+
+    def off(self, goal):
+        x, y, _ = self.firmware.true_pose
+        return math.hypot(goal.x - x, goal.y - y)
+
+
+@pytest.fixture
+def drive():
+    drive = Drive()
+    drive.pilot.start_at(Pose(*START))
+    drive.step()
+    return drive
+
+
+def test_it_goes_where_it_is_sent_round_what_is_in_its_way(drive):
+    goal = Pose(5.2, 1.4, 1.0)
+    assert drive.pilot.go_to(goal) == ""
+    step = drive.step()
+    assert step.goal == goal and len(step.plan) > 2
+    assert drive.until(State.REACHED, State.FAILED).state is State.REACHED
+    assert drive.off(goal) < 0.15 and drive.firmware.contacts == 0
+    assert abs(drive.firmware.true_pose[2] - 1.0) < 0.15
+    assert drive.step().goal is None
+
+
+@pytest.mark.parametrize("goal", [Pose(3.5, 1.4, 0.0), Pose(99.0, 0.0, 0.0), Pose(math.nan, 1.0, 0.0),
+                                  Pose(1.0, 1.0, math.inf)])
+def test_a_goal_that_makes_no_sense_is_refused_and_nothing_moves(drive, goal):
+    assert drive.pilot.go_to(goal) != ""
+    for _ in range(10):
+        assert drive.step().twist == (0.0, 0.0)
+
+
+def test_cancelled_it_stands(drive):
+    drive.pilot.go_to(Pose(5.2, 1.4, 1.0))
+    while not drive.step().twist.linear > 0.2:
+        pass
+    drive.pilot.cancel()
+    step = drive.step()
+    assert (step.state, step.twist, step.goal, step.plan) == (State.IDLE, (0.0, 0.0), None, [])
+
+
+def test_without_news_of_the_robot_it_stands(drive):
+    drive.pilot.go_to(Pose(5.2, 1.4, 1.0))
+    drive.step()
+    silent = drive.pilot.silent(0.7)
+    assert (silent.state, silent.twist) == (State.WAITING, (0.0, 0.0)) and "0.7 s" in silent.reason
+    assert drive.until(State.REACHED).state is State.REACHED
+
+
+def test_it_does_not_drive_while_it_does_not_know_where_it_is():
+    drive = Drive()
+    drive.step()
+    assert drive.pilot.go_to(Pose(5.2, 1.4, 1.0)) == ""
+    for _ in range(30):
+        step = drive.step()
+        assert step.state is State.WAITING and step.twist.linear == 0.0
+    assert "know where it is" in step.reason
+
+
+def test_a_way_is_told_without_driving(drive):
+    points = drive.pilot.way(Pose(1.0, 1.0, 0.0), Pose(5.2, 1.4, 0.0))
+    assert math.hypot(points[-1][0] - 5.2, points[-1][1] - 1.4) < 0.2
+    with pytest.raises(RefusedError):
+        drive.pilot.way(Pose(1.0, 1.0, 0.0), Pose(99.0, 0.0, 0.0))
+
+
+def test_it_explores_a_room_without_a_map_and_comes_home():
+    drive = Drive(with_map=False)
+    for _ in range(5):
+        drive.step()
+    assert drive.pilot.explore(True) == ""
+    step = drive.until(State.REACHED, State.FAILED, most=600.0)
+    assert (step.state, step.reason) == (State.REACHED, "explored, home again")
+    assert drive.off(Pose(*START)) < 0.4 and drive.firmware.contacts == 0
+    grid = drive.pilot.grid
+    assert (grid.cells == 0).sum() * grid.resolution ** 2 > 15.0
+
+
+def test_exploring_ends_when_somebody_wants_it_and_a_known_map_needs_none(drive):
+    assert "there is a map" in drive.pilot.explore(True)
+    own = Drive(with_map=False)
+    assert "nothing heard" in own.pilot.explore(True)
+    own.step()
+    own.pilot.explore(True)
+    own.step()
+    assert own.pilot.explore(False) == ""
+    assert own.step().state is State.IDLE
+    with pytest.raises(RefusedError):
+        own.pilot.start_at(Pose(0.0, 0.0, 0.0))
+    with pytest.raises(RefusedError):
+        own.pilot.start_anywhere()
