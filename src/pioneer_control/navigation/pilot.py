@@ -99,7 +99,7 @@ class OwnMap:
     """
 
     def __init__(self, chassis: Chassis, numbers: NavigationNumbers):
-        self._mapper = Mapper(chassis.transducers, numbers.map, numbers.match, numbers.mapper)
+        self._mapper = Mapper(chassis.transducers, numbers.sonar_grid, numbers.scan_match, numbers.mapper)
         self._covariance = np.diag((0.1, 0.1, 0.05)) ** 2      # within a stretch of path
 
     @property

@@ -242,3 +242,7 @@ class NavigationNumbers(NamedTuple):
     obstacles: ObstacleNumbers = ObstacleNumbers()
     steering: SteeringNumbers = SteeringNumbers()
     navigator: NavigatorNumbers = NavigatorNumbers()
+    sonar_grid: MapNumbers = MapNumbers()
+    scan_match: MatchNumbers = MatchNumbers()
+    mapper: MapperNumbers = MapperNumbers()
+    exploring: ExploringNumbers = ExploringNumbers()

@@ -72,7 +72,7 @@ class Drive:
 @pytest.fixture
 def drive():
     drive = Drive()
-    drive.pilot.start_at(Pose(*START))
+    drive.pilot.start_at(Pose(*START), 0.05, 0.05)
     drive.step()
     return drive
 
