@@ -103,16 +103,20 @@ class _Task:
 class Navigator:
     """Drives one robot to goals on one map."""
 
-    def __init__(self, grid_map: GridMap, chassis: Chassis, numbers: NavigationNumbers = NavigationNumbers()):
+    def __init__(self, grid_map: GridMap, chassis: Chassis, numbers: NavigationNumbers = NavigationNumbers(),
+                 through_unknown: bool = False):
         """Prepare the map.
 
         Args:
             grid_map: the map, which all poses and goals are on.
             chassis: the robot.
             numbers: the tuned numbers.
+            through_unknown: a way may lead over unknown floor, for a robot that makes its map. It drives only where
+                its sonar looks, as always.
         """
         self._map, self._chassis, self._numbers = grid_map, chassis, numbers
-        self._floor = DrivableFloor(grid_map, chassis.half_width, numbers.planning)
+        self._through_unknown = through_unknown
+        self._floor = DrivableFloor(grid_map, chassis.half_width, numbers.planning, through_unknown)
         self._edges = edge_cells(grid_map, self._floor.clearance)
         self._obstacles = Obstacles(chassis, grid_map, self._floor.clearance, numbers.obstacles)
         self._steering = Steering(chassis, numbers.steering)
@@ -126,7 +130,8 @@ class Navigator:
     def use_map(self, grid_map: GridMap) -> None:
         """Go on with a newer map. Goal and obstacles stay; the way is planned anew."""
         self._map = grid_map
-        self._floor = DrivableFloor(grid_map, self._chassis.half_width, self._numbers.planning)
+        self._floor = DrivableFloor(grid_map, self._chassis.half_width, self._numbers.planning,
+                                    self._through_unknown)
         self._edges = edge_cells(grid_map, self._floor.clearance)
         self._obstacles.use_map(grid_map, self._floor.clearance)
         if self._task is not None:

@@ -152,7 +152,7 @@ class Pilot:
         self._explorer: Optional[Explorer] = None
         self._explore_from = 0.0
         self._mapped = -NEW_MAP_EVERY
-        self._navigator = Navigator(self._knows.drivable, chassis, numbers)
+        self._navigator = Navigator(self._knows.drivable, chassis, numbers, self.makes_map)
         self._goal: Optional[Pose] = None
         self.step = NOTHING_YET
         """The result of the last packet."""
