@@ -3,7 +3,8 @@
 The path is cut into stretches of a metre. When one ends, it is looked for on the map that the others made
 (`scan_match`). What was found, and what odometry measured, are the measurements of a `pose_graph`; its solution moves
 all stretches, also old ones, and tells the lasting errors of the wheels. Stretches that moved are drawn anew, one a
-packet (`sonar_grid`). There is no chance in it: a map made twice of the same data is the same.
+packet (`sonar_grid`). All are looked for again and again, in turn: the first were found on a map that was still thin,
+and this also closes loops. There is no chance in it: a map made twice of the same data is the same.
 """
 
 import math
@@ -120,7 +121,7 @@ class Mapper:
         present = self._drawn[number]
         if self._corrects and present.stretch.heard_count:
             self._erase(number)
-            self._find(number)
+            self._find(number, 1.0)
         self._redraw(number)
         begin = self._graph.pose(number)
         stretch, bias = present.stretch, self._graph.bias
@@ -150,16 +151,22 @@ class Mapper:
         return Between(number, number + 1, Pose(*plain), np.diag((1.0 / along, 1.0 / aside, 1.0 / turn)),
                        np.array(columns).T, False)
 
-    def _find(self, number: int) -> None:
-        """Find a stretch, which is not drawn, on the map, and let the graph know."""
+    def _find(self, number: int, share: float) -> None:
+        """Find a stretch, which is not drawn, on the map, and let the graph know.
+
+        Args:
+            number: of the stretch.
+            share: of the windows in which it is looked for.
+        """
         numbers = self._numbers
         pose = self._graph.pose(number)
         beams = self._readings(number)
         if len(beams.x) < numbers.least_count:
             return
-        found = self._match(beams, pose, numbers.window, numbers.window_turn)
+        found = self._match(beams, pose, share * numbers.window, share * numbers.window_turn)
         if found:
-            self._tie(number, found, range(number))
+            self._graph.untie(number)
+            self._tie(number, found, [other for other in range(len(self._drawn)) if other != number])
             self._graph.solve()
 
     def _readings(self, number: int) -> SonarBeams:
@@ -217,8 +224,8 @@ class Mapper:
             drawn.votes = [votes]
 
     def _redraw_one(self) -> None:
-        """Draw a stretch anew: the one that has moved most since it was drawn, if one moved far enough; otherwise now
-        and then the one after the one before, since all that was drawn meanwhile tells better where its echoes were.
+        """Draw a stretch anew: the one that has moved most since it was drawn, if one moved far enough. Otherwise now
+        and then the next in turn is looked for again: all that was drawn meanwhile tells better where it lies.
         """
         self._packets += 1
         last = np.array([each.pose for each in self._drawn])
@@ -230,6 +237,9 @@ class Mapper:
             self._redraw(worst)
         elif self._packets % self._numbers.every == 0 and len(self._drawn) > 1:
             self._next = (self._next + 1) % (len(self._drawn) - 1)
+            if self._corrects and self._drawn[self._next].stretch.heard_count:
+                self._erase(self._next)
+                self._find(self._next, self._numbers.again)
             self._redraw(self._next)
 
 

@@ -63,8 +63,8 @@ class PoseGraph:
         """Add a measurement."""
         self._betweens.append(between)
 
-    def drop(self, first: int, second: int) -> None:
-        """Take out the doubted measurements that have this second node, except from the node `first`."""
+    def untie(self, second: int) -> None:
+        """Forget the doubted measurements of a node relative to others, before it is measured anew."""
         self._betweens = [each for each in self._betweens if not (each.doubted and each.second == second)]
 
     def pose(self, number: int) -> Pose:

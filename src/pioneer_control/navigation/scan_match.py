@@ -18,6 +18,8 @@ Array = Any     # of numpy
 
 _FAR = 1e3
 """A distance (m) that stands for "nothing there"; points that fill up lie farther."""
+_FEW = 16
+"""Poses whose scores are computed at once."""
 
 
 class Match(NamedTuple):
@@ -142,6 +144,12 @@ def _distances(points: Array, beams: SonarBeams, poses: Array, numbers: MatchNum
 
 def _scores(points: Array, beams: SonarBeams, poses: Array, numbers: MatchNumbers) -> Array:
     """Return the log-likelihood of the readings for each pose."""
+    # Few poses at a time: what is in the cache of the processor is worked on three times as fast.
+    return np.concatenate([_scores_of_few(points, beams, poses[first:first + _FEW], numbers)
+                           for first in range(0, len(poses), _FEW)])
+
+
+def _scores_of_few(points: Array, beams: SonarBeams, poses: Array, numbers: MatchNumbers) -> Array:
     expected = _distances(points, beams, poses, numbers).min(axis=2)
     fit = np.exp(-0.5 * np.minimum(np.abs(expected - beams.range) / numbers.blur, 9.0) ** 2)
     # Where no wall is known, a reading must not draw the stretch to where one is.

@@ -61,6 +61,15 @@ def test_a_false_closing_among_true_ones_counts_little():
     assert worst(graph, truth) < 0.05
 
 
+def test_what_is_untied_counts_no_more():
+    graph, truth = square(0.05)
+    graph.add(closing(truth, 0, 8))
+    graph.untie(8)
+    before = graph.poses.copy()
+    graph.solve(10)
+    assert graph.poses == pytest.approx(before)
+
+
 def test_without_measurements_nothing_moves():
     graph = PoseGraph(Pose(1.0, 2.0, 0.5), (0.1, 0.1, 0.1), 3.0)
     graph.solve()
