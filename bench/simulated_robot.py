@@ -95,7 +95,8 @@ class SimulatedRobot:
         grip = lift = None
         if self.firmware.gripper:
             grip, lift = self._reported(read_gripper(sip.grip_state, sip.digital_in))
-        return Snapshot(now, 0.0, Pose(*self._odometry.pose), ranges, self.shape, grip, lift)
+        stalled = bool(sip.left_stall_bits & 1 or sip.right_stall_bits & 1)
+        return Snapshot(now, 0.0, Pose(*self._odometry.pose), ranges, self.shape, grip, lift, stalled)
 
     def _reported(self, reading: GripperReading) -> Tuple[Grip, Lift]:
         """Return the gripper as gripper_state would report it."""

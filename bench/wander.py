@@ -20,7 +20,7 @@ from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 from simulated_robot import CYCLE, Setup, SimulatedRobot
 
 from pioneer_control.simulator.hardware import standard_numbers
-from pioneer_control.simulator.world import World, load_world
+from pioneer_control.simulator.world import World, load_world, mirrors
 from pioneer_control.simulator.world.free_space import gap_open, room
 from pioneer_control.simulator.world.generated import IN_TURN, KINDS, random_world
 from pioneer_control.tutorial.snapshot import Snapshot
@@ -93,6 +93,7 @@ class Circumstances(NamedTuple):
     speed: float = SPEED  #: m/s
     specular_deg: int = 90  #: sound that meets a wall at a greater angle than this to its normal bounces away
     kinds: Tuple[str, ...] = IN_TURN  #: of worlds, that seeds take in turn
+    corners: float = mirrors.SCATTERED  #: m: how far ends and corners of slanting walls are heard
 
 
 class Run(NamedTuple):
@@ -119,6 +120,7 @@ def world_of(seed: int, kinds: Sequence[str]) -> World:
 
 def drive(setup: str, rule: str, seed: int, given: Circumstances) -> Run:
     """Let one robot wander in the world of a seed."""
+    mirrors.SCATTERED = given.corners
     world, minutes = world_of(seed, given.kinds), given.minutes
     numbers = standard_numbers()
     numbers = replace(numbers, sonar=replace(numbers.sonar, specular_deg=given.specular_deg))
@@ -226,6 +228,8 @@ def main() -> int:
     parser.add_argument("--speed", type=float, default=SPEED, help="m/s (default: %(default)s, the tutorial's)")
     parser.add_argument("--specular", type=int, default=90, metavar="DEG",
                         help="sound that meets a wall at a greater angle than this bounces away (default: %(default)s)")
+    parser.add_argument("--corners", type=float, default=mirrors.SCATTERED, metavar="M",
+                        help="how far ends and corners of slanting walls are heard (default: %(default)s)")
     parser.add_argument("--kinds", default=",".join(IN_TURN),
                         help="kinds of worlds that seeds take in turn, with commas between them; gallery: %s; all:"
                              " those and all that are drawn (default: %%(default)s)" % ", ".join(GALLERY))
@@ -236,7 +240,8 @@ def main() -> int:
     setups = [name for name in SETUPS for each in options.robots.split(";")
               if name == each or each not in SETUPS and name.startswith(each)]
     kinds = sorted(KINDS) + ["gallery"] if options.kinds == "all" else options.kinds.split(",")
-    given = Circumstances(options.minutes, options.speed, options.specular, tuple(kinds))
+    given = Circumstances(options.minutes, options.speed, options.specular, tuple(kinds),
+                          options.corners)
     jobs = [(setup, rule, seed, given) for setup in setups for rule in rules
             for seed in range(first, last + 1)]
     runs: List[Run] = []
@@ -247,8 +252,8 @@ def main() -> int:
                 print(run, flush=True)
             elif len(runs) % 50 == 0:
                 print("%d of %d runs" % (len(runs), len(jobs)), file=sys.stderr, flush=True)
-    print("worlds of seeds %s, %g simulated minutes each, %g m/s, specular %d degrees, %s" % (
-        options.seeds, options.minutes, options.speed, options.specular, ", ".join(kinds)))
+    print("worlds of seeds %s, %g simulated minutes each, %g m/s, specular %d degrees, corners %g m, %s" % (
+        options.seeds, options.minutes, options.speed, options.specular, options.corners, ", ".join(kinds)))
     print(report(runs, options.minutes))
     print(LEGEND)
     ours = [[run for run in runs if (run.setup, run.rule) == (setup, "ours")] for setup in setups]

@@ -88,6 +88,8 @@ class Truth:
         ports = [(robot["url"] or "").rpartition(":")[2] for robot in world["robots"]]
         self._robots = [self._numbers.get(int(port)) if port else None for port in ports]
         shown = {name: world[name] for name in ("name", "bounds", "walls", "boxes", "posts", "places")}
+        for kind, unmapped in world.get("unmapped", {}).items():
+            shown[kind] = shown[kind] + unmapped
         can = {"can": {"radius": world["cans"][0][0]}} if world["cans"] else {}
         tasks = {"tasks": world["tasks"]} if "tasks" in world else {}
         return {"world": {**shown, **can}, **tasks}

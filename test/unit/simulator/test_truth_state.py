@@ -17,7 +17,7 @@ from pioneer_control.simulator.tasks import Referee
 from pioneer_control.simulator.truth.state import line_of, marked_place, truth_of, world_of
 from pioneer_control.simulator.world import Can, World, load_world
 from pioneer_control.simulator.world.poses import compose
-from pioneer_control.simulator.world.world import MarkedPlace
+from pioneer_control.simulator.world.world import Furniture, MarkedPlace, Walk
 
 OPEN = b"".join([p2os.encode_frame(number) for number in (0, 1, 2, 1)] + [p2os.encode_command("ENABLE", 1)])
 
@@ -84,7 +84,7 @@ def test_robots_at_rest():
         "robots": [(0.0, 0.0, 0.0, 0.0, 0.0, False), (2.0, 0.0, pytest.approx(7.0 - 2.0 * math.pi), 0.0, 0.0, False)],
         "origins": [(0.0, 0.0, 0.0), (2.0, 0.0, pytest.approx(7.0 - 2.0 * math.pi))],
         "grippers": [[0.21, 0.07], None], "stop_buttons": [False, False],
-        "contacts": [0, 0], "driven": [0.0, 0.0],
+        "contacts": [0, 0], "touched_by_people": [0, 0], "people": [], "driven": [0.0, 0.0],
         "cans": [(0.3, 0.0, 0.0, -1, 1), (2.5, 1.0, 0.0, -1, -1)], "faults": [], "task": None,
     }
 
@@ -209,3 +209,15 @@ def test_a_line_is_short_and_plain():
 def test_thirty_robots_fit_into_a_few_kilobytes():
     simulation = simulate(load_world("classroom"), find_model("p3dx-sh"), 30, None, 0)
     assert len(line_of(truth_of(simulation, LineSimulation(simulation), Pace(1.0, 0), Referee(simulation)))) < 5000
+
+
+def test_what_is_on_no_map_and_people_are_told_apart():
+    world = World("hall", unmapped=[Furniture(((1.0, 1.0), (2.0, 1.0), (2.0, 2.0), (1.0, 2.0))),
+                                    Furniture(posts=((5.0, 5.0, 0.1),))], walks=[Walk(((-3.0, 0.0), (-5.0, 0.0)))])
+    simulation = simulate(world, find_model("p3dx-sh"), 1, None, 0)
+    referee = Referee(simulation)
+    told = world_of(simulation, [None], referee)["world"]
+    assert told["walls"] == told["posts"] == [] and told["unmapped"]["posts"] == [(5.0, 5.0, 0.1)]
+    assert told["unmapped"]["walls"][0] == (1.0, 1.0, 2.0, 1.0) and len(told["unmapped"]["walls"]) == 4
+    assert truth_of(simulation, LineSimulation(simulation), Pace(1.0, 0), referee)["truth"]["people"] == [
+        (-3.0, 0.0, 0.25)]

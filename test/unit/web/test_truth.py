@@ -39,6 +39,13 @@ def test_world_origins_and_cans(truth):
         "origins": {"2": [1, 1, 0.5], "1": [3, 3, 0]}, "cans": [[1.0, 2.0, 0.0], [3.0, 1.0, 0.07]]}
 
 
+def test_what_is_on_no_map_is_shown_with_the_rest(truth):
+    unmapped = {"walls": [[5, 0, 6, 0]], "posts": [[7, 2, 0.1]]}
+    shown = dict(truth.receive(line(world=dict(WORLD, unmapped=unmapped))))["world"]
+    assert shown["walls"] == [[0, 0, 9, 0], [5, 0, 6, 0]] and shown["posts"] == [[1, 2, 0.1], [7, 2, 0.1]]
+    assert shown["boxes"] == WORLD["boxes"]
+
+
 def test_only_what_changed_is_told_and_any_pieces_do(truth):
     data = line(world=dict(WORLD, cans=[])) + truth_with() + truth_with() + line(answer=1, ok=True, text="")
     found = []

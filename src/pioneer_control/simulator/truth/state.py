@@ -42,6 +42,8 @@ def world_of(simulation: Simulation, urls: Sequence[Optional[str]], referee: Ref
         "walls": world.walls.tolist(),
         "posts": world.posts.tolist(),
         "boxes": world.boxes,
+        "unmapped": {"walls": [wall for each in world.unmapped for wall in each.walls],
+                     "posts": [post for each in world.unmapped for post in each.posts]},
         "cans": [(can.radius, can.height) for can in world.cans],
         "starts": [_wrapped(pose) for pose in world.starts],
         "docks": [_wrapped(pose) for pose in world.docks],
@@ -69,10 +71,12 @@ def truth_of(simulation: Simulation, lines: LineSimulation, pace: Pace, referee:
         "origins": [_wrapped(robot.hardware.odometry.origin) for robot in simulation.robots],
         "grippers": [_gripper(robot) for robot in simulation.robots],
         "contacts": [robot.contacts for robot in simulation.robots],
+        "touched_by_people": [robot.touched_by_people for robot in simulation.robots],
         "driven": [robot.hardware.body.driven for robot in simulation.robots],
         "stop_buttons": [robot.hardware.motors.stop_button for robot in simulation.robots],
         "cans": [(*can_place(can), holders.get(id(can.held_by), NONE), marked_place(referee.ground.world, can))
                  for can in simulation.world.cans],
+        "people": [(*person.pose[:2], person.reach) for person in simulation.people],
         "faults": [str(fault) for fault in lines.faults.on],
         "task": referee.told,
     }}
