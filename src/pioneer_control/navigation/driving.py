@@ -50,7 +50,7 @@ class Steering:
         """Make the tables for `chassis`."""
         self._chassis, self._tuned = chassis, tuned
         self.moves = Moves(chassis, tuned.margin)
-        self._bare = Moves(chassis, 0.01)
+        self._bare, self._wide = Moves(chassis, 0.01), Moves(chassis, tuned.margin_walking)
         self._number, self._linear, self._angular = self._candidates()
 
     def choose(self, pose: Pose, velocity: Twist, around: Around, live: Iterable[int], plan: RoutePlan,
@@ -146,12 +146,12 @@ class Steering:
         return number, linear, angular
 
     def _allowed(self, velocity: Twist, around: Around, live: Iterable[int], squeeze: bool = False) -> Array:
-        """Return which candidates are allowed. `squeeze`: slow ones that keep next to no distance are, too."""
+        """Return which candidates are allowed. `squeeze`: slow ones that keep hardly any distance are, too."""
         tuned = self._tuned
         moves = self._bare if squeeze else self.moves
         ahead = _moved_by(velocity, tuned.delay)
         standing = moves.ways(*into(ahead, around.standing_x, around.standing_y))
-        walking = moves.ways(*into(ahead, around.walking_x, around.walking_y))
+        walking = self._wide.ways(*into(ahead, around.walking_x, around.walking_y))
         turn = self.moves.direction[self._number] == 0
         speed = np.where(turn, np.abs(self._angular), np.abs(self._linear))
         braking = np.where(turn, tuned.turn_acceleration, tuned.braking)
