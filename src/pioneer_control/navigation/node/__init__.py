@@ -5,5 +5,6 @@
 ``goal_server``      goals, as move_base takes them
 ``place_keeper``     the named places of the map
 ``parameters``       the parameters of the node
+``locate_bag``       a program: where a robot was, from a bag
 ``messages``         values as ROS messages, and back; ``status``: the diagnostics
 """

@@ -1,0 +1,218 @@
+"""Where a robot was, or its map, from a bag: ``rosrun pioneer_control locate_bag IN.bag OUT.bag --map lab.yaml``.
+
+The bag may come from this package or from p2os: sonar and pose are enough. The new bag has all of the old one, and
+beside it the topics of navigation, as if it had run. Without a map one is made, and ``--save-map`` saves it. The same
+bag gives the same poses and the same map.
+"""
+
+import os
+import sys
+from contextlib import closing
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
+
+import genpy
+from nav_msgs.msg import OccupancyGrid
+
+from ... import msg
+from ...bags.command_line import Progress, parser_of
+from ...bags.converting.messages import kind_of, namespace_of, transducers_of
+from ...bags.reader import BagReader, decode, read_bag
+from ...bags.records import BagError
+from ...bags.writer import BagWriter, serialized
+from ...errors import PioneerError, UsageError
+from ...floor_poses import Pose
+from ...maps import write_ros_map
+from ...message_values import heading_of
+from ...robots import find_model
+from ...whole_file import writing
+from ..chassis import Chassis
+from ..map_files import load_floor_map
+from ..navigator import Readiness
+from ..pilot import Pilot, PilotStep
+from ..senses import Senses
+from .messages import cloud_message, header_of, map_message, pose2d, pose_with_covariance
+
+FRAME = "map"
+CLOUD_EVERY = 1.0
+"""Time (s) between two clouds in the new bag."""
+MAP_EVERY = 10.0
+"""Time (s) between two states of a map that is made."""
+MADE = ("navigation", "amcl_pose", "particlecloud", "map")
+"""The topics that are made. Those of the old bag are left out."""
+OPTIONS: Dict[str, Dict[str, Any]] = {
+    "bag": dict(metavar="IN.bag"),
+    "output": dict(metavar="OUT.bag", help="must not exist yet"),
+    "--map": dict(default="", metavar="FILE", help="map_server's .yaml, ARIA's .map, or the name of a world; without "
+                                                   "it a map is made"),
+    "--save-map": dict(default="", metavar="FILE", help="without --map: the .yaml file for the map that is made"),
+    "--start": dict(nargs=3, type=float, metavar=("X", "Y", "HEADING"),
+                    help="where the robot was at first (m, m, rad); without it, it is found out"),
+    "--robot": dict(default="", metavar="NAME", help="namespace of the robot, if the bag has several"),
+    "--model": dict(default="", help="model of a robot that has no robot_info in the bag: p3dx-sh for example"),
+    "--seed": dict(type=int, default=0, help="of what chance decides"),
+}
+
+
+class Located(NamedTuple):
+    """What became of one bag: how many sonar messages, how many of them with a sure pose, and what was damaged."""
+
+    heard: int
+    sure: int
+    damage: str
+
+
+def robot_of(path: str, wanted: str, model: str) -> Tuple[str, Chassis]:
+    """Return namespace and shape of the robot in a bag.
+
+    Raises:
+        UsageError: there is no such robot, there are several, or nobody says where its transducers look.
+    """
+    infos: Dict[str, Any] = {}
+    with Progress("looking") as progress:
+        reader = read_bag(path, lambda connection: kind_of(connection) == "RobotInfo", progress)
+        for connection, message, _ in reader.decoded():
+            infos.setdefault(namespace_of(connection.topic), message)
+    names = sorted({namespace_of(each.topic) for each in reader.connections if kind_of(each) == "SonarArray"})
+    told = ", ".join(name.lstrip("/") or "/" for name in names) or "none"
+    if wanted:
+        names = [name for name in names if name.strip("/") == wanted.strip("/")]
+    if len(names) != 1:
+        raise UsageError("%s has %s robots with sonar%s (%s): name one with --robot" % (
+            path, len(names), " named %r" % wanted if wanted else "", told))
+    info = infos.get(names[0])
+    if model or info is None:
+        if not model:
+            raise UsageError("%s does not say where the transducers look (it has no robot_info): name its model,"
+                             " --model p3dx-sh for example" % path)
+        found = find_model(model)
+        return names[0], Chassis(found.sonar, found.outline(False), 0.4, 1.0)
+    return names[0], Chassis(transducers_of(info), tuple((corner.x, corner.y) for corner in info.footprint.points),
+                             0.4, 1.0)
+
+
+class Locator:
+    """Makes the messages of navigation from those of a robot.
+
+    Args:
+        pilot: the navigation.
+        transducers: numbers of the fitted transducers.
+    """
+
+    def __init__(self, pilot: Pilot, transducers: Sequence[int]):
+        self._pilot, self._senses = pilot, Senses(transducers)
+        self._next_cloud = self._next_map = 0.0
+        self.heard = self.sure = 0
+
+    def take(self, message: Any) -> List[Tuple[str, Any]]:
+        """Take a pose or a sonar message. Return what navigation says then: name of a topic, and message."""
+        stamp = message.header.stamp.to_sec()
+        if isinstance(getattr(message, "ranges", None), (list, tuple)):
+            sensed = self._senses.hear_sonar(stamp, message.ranges)
+        else:
+            place, turn = message.pose.pose.position, message.pose.pose.orientation
+            sensed = self._senses.hear_pose(stamp, Pose(
+                place.x, place.y, heading_of(turn.x, turn.y, turn.z, turn.w)))
+        made: List[Tuple[str, Any]] = []
+        for sensing in sensed:
+            made += self._told(self._pilot.sense(sensing, Readiness()))
+        return made
+
+    def _told(self, step: PilotStep) -> List[Tuple[str, Any]]:
+        where = step.where
+        assert where is not None
+        stamp = genpy.Time.from_sec(step.time)
+        self.heard += 1
+        self.sure += where.sure
+        made: List[Tuple[str, Any]] = [
+            ("navigation", msg.Navigation(header_of(FRAME, stamp), step.state.value, step.reason, where.sure,
+                                          where.reason, pose2d(where.pose), [], 0.0, 0.0)),
+            ("amcl_pose", pose_with_covariance(where.pose, where.covariance, FRAME, stamp))]
+        if not 0.0 <= self._next_cloud - step.time <= CLOUD_EVERY:
+            self._next_cloud = step.time + CLOUD_EVERY
+            particles = self._pilot.particles
+            made.append(("particlecloud", cloud_message(particles[::max(1, len(particles) // 200)], FRAME, stamp)))
+        if self.heard == 1 or self._pilot.makes_map and not 0.0 <= self._next_map - step.time <= MAP_EVERY:
+            self._next_map = step.time + MAP_EVERY
+            made.append(("map", map_message(self._pilot.grid, FRAME, stamp)))
+        return made
+
+
+def locate(source: str, target: str, robot: str, locator: Locator) -> Located:
+    """Write the new bag.
+
+    Raises:
+        UsageError: the new bag exists already.
+        OSError: it cannot be written; then nothing is left of it.
+    """
+    if os.path.lexists(target):
+        raise UsageError("%s exists already: name another file for the new bag" % target)
+    left_out = {"%s/%s" % (robot, name) for name in MADE}
+    heard = {"%s/pose" % robot, "%s/sonar" % robot}
+    numbers: Dict[Any, int] = {}
+    with writing(target) as part, closing(BagWriter(part)) as writer, Progress("locating") as progress:
+        reader: BagReader = read_bag(source, progress=progress)
+        for message in reader:
+            connection = message.connection
+            if message.topic not in left_out:
+                key = message.topic, connection.caller, connection.md5sum, connection.latching
+                if key not in numbers:
+                    numbers[key] = writer.connect(message.topic, connection.header)
+                writer.write(numbers[key], message.data, message.time)
+            if message.topic not in heard or kind_of(connection) not in ("SonarArray", "pose"):
+                continue
+            try:
+                made = locator.take(decode(connection, message.data))
+            except BagError:
+                continue        # `reader.damage` tells
+            for name, each in made:
+                topic = "%s/%s" % (robot, name)
+                if topic not in numbers:
+                    numbers[topic] = writer.connect(topic, connection_header(topic, each))
+                writer.write(numbers[topic], serialized(each), message.time)
+    return Located(locator.heard, locator.sure, reader.damage)
+
+
+def connection_header(topic: str, message: Any) -> Dict[str, str]:
+    """Return the header of a connection in a bag, for messages that this program makes."""
+    latched = {"latching": "1"} if isinstance(message, OccupancyGrid) else {}
+    return {"topic": topic, "type": message._type, "md5sum": message._md5sum, "message_definition": message._full_text,
+            "callerid": "/locate_bag", **latched}
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> int:
+    """Locate the robot of the bag that the command line names.
+
+    Returns:
+        The exit status. 0: the new bag is written. 1: the old bag is damaged, and the new bag has what could be read.
+        2: nothing is written.
+    """
+    options = parser_of("locate_bag", __doc__.split("\n\n")[1], OPTIONS).parse_args(arguments)
+    try:
+        if options.map and options.save_map:
+            raise UsageError("--save-map %s: a map is made only without --map" % options.save_map)
+        floor = load_floor_map(options.map) if options.map else None
+        robot, chassis = robot_of(options.bag, options.robot, options.model)
+        pilot = Pilot(floor, chassis, seed=options.seed)
+        if options.start:
+            pilot.start_at(Pose(*options.start), 0.3, 0.2)
+        done = locate(options.bag, options.output, robot,
+                      Locator(pilot, [each.number for each in chassis.transducers]))
+        if options.save_map:
+            pilot.finish()
+            write_ros_map(pilot.grid, options.save_map)
+    except PioneerError as error:
+        print("locate_bag: %s" % error, file=sys.stderr)
+        return 2
+    except OSError as error:
+        print("locate_bag: %s cannot be written: %s. Nothing is left of it" % (options.output, error.strerror),
+              file=sys.stderr)
+        return 2
+    print("%s -> %s: %d sonar messages, sure of the pose in %.0f %%%s%s" % (
+        options.bag, options.output, done.heard, 100.0 * done.sure / max(1, done.heard),
+        "; map saved in %s" % options.save_map if options.save_map else "",
+        "; %s What could be read was used." % done.damage if done.damage else ""))
+    return 1 if done.damage else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,109 @@
+"""Where a robot was, from a bag of p2os types: a simulated drive is written as an old bag, and located."""
+
+import math
+import os
+import sys
+
+import pytest
+import rosbag
+from genpy import Time
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "bags"))
+
+import bag_factory as make
+
+from pioneer_control import p2os
+from pioneer_control.client.odometry import Odometry
+from pioneer_control.navigation.map_files import load_floor_map
+from pioneer_control.navigation.node import locate_bag
+from pioneer_control.robots import find_model
+from pioneer_control.simulator.firmware import Firmware
+from pioneer_control.simulator.world import load_world
+
+MODEL = find_model("p3dx-sh")
+ROUND = [(0.25, 0.0)] * 60 + [(0.0, 30.0)] * 30 + [(0.25, 5.0)] * 60       # m/s and deg/s, 0.1 s each
+
+
+@pytest.fixture(scope="module")
+def old_bag(tmp_path_factory):
+    """Return a bag of p2os with pose and sonar of a drive in the corridor, and the true pose at its end."""
+    world = load_world("tutorial")
+    firmware = Firmware(MODEL, world, world.starts[1], gripper=False)
+    decoder, odometry = p2os.FrameDecoder(), Odometry(MODEL.dist_mm_per_unit, MODEL.angle_units_per_rev)
+    for step in (p2os.SYNC0, p2os.SYNC1, p2os.SYNC2):
+        firmware.receive(p2os.encode_frame(step))
+    for command in (("OPEN",), ("ENABLE", 1), ("SONAR", 1)):
+        firmware.receive(p2os.encode_command(*command))
+    ranges, told = [0.0] * 16, []
+    for linear, angular in ROUND:
+        firmware.receive(p2os.encode_command("VEL", round(linear * 1000)))
+        firmware.receive(p2os.encode_command("RVEL", round(angular)))
+        for frame in decoder.feed(firmware.advance(0.1)):
+            sip = p2os.decode_packet(frame)
+            if not isinstance(sip, p2os.Sip):
+                continue
+            odometry.update(sip.x_counts, sip.y_counts, sip.heading_units)
+            for reading in sip.sonar:
+                ranges[reading.number] = reading.range_units * MODEL.range_mm_per_unit / 1000.0
+            for topic, message in (("/old/pose", make.odometry(*odometry.pose)),
+                                   ("/old/sonar", make.sonar(ranges, "p2os_msgs"))):
+                message.header.stamp = Time.from_sec(1000.0 + firmware.time)
+                told.append((topic, message, 1000.0 + firmware.time))
+    path = make.write_bag(tmp_path_factory.mktemp("old") / "old.bag", told)
+    return path, firmware.true_pose
+
+
+def run(*words):
+    return locate_bag.main([str(word) for word in words])
+
+
+def poses(path):
+    with rosbag.Bag(str(path)) as bag:
+        return [message for _, message, _ in bag.read_messages("/old/navigation")]
+
+
+def test_an_old_bag_is_located_on_the_map(old_bag, tmp_path, capsys):
+    path, truth = old_bag
+    x, y, heading = load_world("tutorial").starts[1]
+    assert run(path, tmp_path / "new.bag", "--map", "tutorial", "--model", "p3dx-sh", "--start", x, y, heading) == 0
+    told = poses(tmp_path / "new.bag")
+    assert len(told) > 100 and told[-1].sure
+    assert math.hypot(told[-1].pose.x - truth[0], told[-1].pose.y - truth[1]) < 0.15
+    assert "sure of the pose in" in capsys.readouterr().out
+    with rosbag.Bag(str(tmp_path / "new.bag")) as bag:
+        counts = {topic: info.message_count for topic, info in bag.get_type_and_topic_info().topics.items()}
+        kinds = {topic: info.msg_type for topic, info in bag.get_type_and_topic_info().topics.items()}
+    assert counts["/old/sonar"] == counts["/old/pose"] == counts["/old/navigation"] == counts["/old/amcl_pose"]
+    assert counts["/old/map"] == 1 and counts["/old/particlecloud"] > 5
+    assert kinds["/old/sonar"] == "p2os_msgs/SonarArray", "the old messages stay as they were"
+
+
+def test_a_map_made_twice_of_a_bag_is_the_same(old_bag, tmp_path):
+    for name in ("a", "b"):
+        assert run(old_bag[0], tmp_path / (name + ".bag"), "--model", "p3dx-sh", "--save-map",
+                   tmp_path / (name + ".yaml")) == 0
+    first, second = (load_floor_map(str(tmp_path / (name + ".yaml"))).grid for name in ("a", "b"))
+    assert first == second and (first.cells == 0).sum() * first.resolution ** 2 > 3.0
+
+
+def test_located_again_the_topics_are_made_anew(old_bag, tmp_path):
+    run(old_bag[0], tmp_path / "new.bag", "--map", "tutorial", "--model", "p3dx-sh")
+    assert run(tmp_path / "new.bag", tmp_path / "again.bag", "--map", "tutorial", "--model", "p3dx-sh") == 0
+    assert len(poses(tmp_path / "again.bag")) == len(poses(tmp_path / "new.bag"))
+
+
+@pytest.mark.parametrize("words, named", [
+    (["--map", "tutorial"], "--model p3dx-sh"), (["--map", "tutoral", "--model", "p3dx-sh"], "did you mean 'tutorial'"),
+    (["--map", "tutorial", "--model", "p9"], "p9"), (["--robot", "alice", "--model", "p3dx-sh"], "'alice' (old)"),
+    (["--map", "tutorial", "--save-map", "x.yaml", "--model", "p3dx-sh"], "only without --map"),
+])
+def test_what_makes_no_sense_is_named_and_nothing_is_written(old_bag, tmp_path, capsys, words, named):
+    assert run(old_bag[0], tmp_path / "new.bag", *words) == 2
+    assert named in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_bag_that_is_there_is_kept(old_bag, tmp_path, capsys):
+    (tmp_path / "new.bag").write_text("mine")
+    assert run(old_bag[0], tmp_path / "new.bag", "--map", "tutorial", "--model", "p3dx-sh") == 2
+    assert "exists already" in capsys.readouterr().err and (tmp_path / "new.bag").read_text() == "mine"
