@@ -44,6 +44,11 @@ class Certainty:
         return not self.reason
 
     @property
+    def proven(self) -> bool:
+        """Whether the place has explained the readings on a long way: one that looks alike is no reason to doubt it."""
+        return self._trusted_way >= self._tuned.proven_way
+
+    @property
     def doubts(self) -> bool:
         """Whether the readings contradict the pose."""
         return self.explained < self._tuned.unsure_explained * self._usual
@@ -53,19 +58,19 @@ class Certainty:
         self._placed, self._lost = False, why
         self.reason, self.explained = UNKNOWN + why, self._usual
         self._trusted_way = self._blind_way = 0.0
-        self._unique = False
+        self._unique = 0
 
     def place(self, trusted: bool) -> None:
         """From now on some place is likely. If `trusted`, a person said so."""
         self._placed = True
         self.explained = self._usual
-        self._trusted_way = self._tuned.sure_way if trusted else 0.0
-        self._unique = trusted
+        self._trusted_way = self._tuned.proven_way if trusted else 0.0
+        self._unique = self._tuned.sure_searches if trusted else 0
         self.reason = self.reason or UNKNOWN + "I have just found a place where I may be, and drive on to be sure"
 
     def compare(self, better: float) -> None:
         """Take how much better the pose explains each reading than all poses elsewhere (log-likelihood)."""
-        self._unique = better > self._tuned.rival_margin
+        self._unique = self._unique + 1 if better > self._tuned.rival_margin else 0
 
     def hear(self, beams: Beams, explained: Array, way: float) -> None:
         """Take what readings say about the pose.
@@ -106,7 +111,7 @@ class Certainty:
             why = "I may be %.1f m away from there" % spread.position
         elif spread.heading > tuned.sure_heading * (1.0 if self.sure else 0.7):
             why = "I may look %.0f degrees elsewhere" % np.degrees(spread.heading)
-        elif not self.sure and not self._unique:
+        elif self._unique < tuned.sure_searches and not (self.sure and self.proven):
             why = "other places look like this one"
         elif self._trusted_way < tuned.sure_way:
             why = "I have just found a place where I may be, and drive on to be sure"

@@ -206,7 +206,7 @@ class Localisation:
             here = self._search.improved(self._cloud.poses[::10], beams)
             elsewhere = [not same_place(pose, here.poses[0]) for pose in others.poses]
             better = others.scores[elsewhere].max(initial=-np.inf) - here.scores[0]
-            if self._certainty.sure and better > -np.inf:      # what was heard just now must say so, too
+            if self._certainty.proven and better > -np.inf:      # what was heard just now must say so, too
                 newest = beams.some(slice(-len(beams.x) // 4, None))
                 better = min(better, self._search.scored(others.poses[elsewhere], newest).scores[0]
                              - self._search.improved(here.poses, newest).scores[0])

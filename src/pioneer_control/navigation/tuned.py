@@ -64,16 +64,20 @@ class LocalisationNumbers:
     least_poses: int = parameter(4000, Whole(100, 1000000), "it begins with at least so many")
     poses_per_step: int = parameter(4000, Whole(100, 1000000), "poses that a search compares in one update")
     period_sure: float = parameter(6.0, Number(0.1, 1000.0), "time between two searches while the pose is sure", "s")
-    period_unsure: float = parameter(1.5, Number(0.1, 1000.0), "time between two searches while it is not", "s")
+    period_unsure: float = parameter(0.8, Number(0.1, 1000.0), "time between two searches while it is not", "s")
     margin: float = parameter(
         0.25, Number(0.0, 5.0), "a pose found by a search must explain each reading better than the cloud by this")
     rival_margin: float = parameter(
-        0.1, Number(-5.0, 5.0), "to become sure, the pose must explain each reading better than any elsewhere by this")
+        0.15, Number(-5.0, 5.0), "to become sure, the pose must explain each reading better than any elsewhere by this")
 
     sure_position: float = parameter(0.25, Number(0.01, 5.0), "greatest spread of the cloud to be sure", "m")
     sure_heading: float = parameter(0.25, Number(0.01, 3.0), "greatest spread of the headings to be sure", "rad")
     sure_way: float = parameter(
         1.0, Number(0.0, 100.0), "way in motion with readings that the place explains, before it is sure", "m")
+    sure_searches: int = parameter(
+        2, Whole(1, 100), "so many searches in a row must find no place that looks alike, before it is sure")
+    proven_way: float = parameter(
+        6.0, Number(0.0, 100.0), "after such a way, places that look alike do not make it unsure any more", "m")
     unsure_explained: float = parameter(
         0.6, Number(0.0, 1.0), "unsure when a smaller share of echoes is explained than this share of the usual one")
     sure_explained: float = parameter(

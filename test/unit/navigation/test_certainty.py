@@ -80,14 +80,28 @@ def test_a_way_without_an_explained_echo():
 def test_a_place_that_was_just_found_must_prove_itself_on_a_way_and_be_unlike_others():
     certainty = Certainty(TUNED)
     certainty.place(trusted=False)
-    certainty.compare(TUNED.rival_margin + 0.1)
+    for _ in range(TUNED.sure_searches):
+        certainty.judge(spread())
+        assert "look like this one" in certainty.reason
+        certainty.compare(TUNED.rival_margin + 0.1)
     certainty.judge(spread())
     assert "just found" in certainty.reason
     hear(certainty, 1.0, way=TUNED.sure_way + 0.1)
     certainty.compare(TUNED.rival_margin - 0.1)
     certainty.judge(spread())
     assert "look like this one" in certainty.reason
-    certainty.compare(TUNED.rival_margin + 0.1)
+    for _ in range(TUNED.sure_searches):
+        certainty.compare(TUNED.rival_margin + 0.1)
+    certainty.judge(spread())
+    assert certainty.sure
+    certainty.compare(0.0)
+    certainty.judge(spread())
+    assert not certainty.sure
+
+
+def test_a_place_that_a_long_way_has_proven_stays_sure_where_others_look_alike():
+    certainty = sure()
+    certainty.compare(0.0)
     certainty.judge(spread())
     assert certainty.sure
 
