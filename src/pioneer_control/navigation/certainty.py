@@ -68,6 +68,11 @@ class Certainty:
         self._unique = self._tuned.sure_searches if trusted else 0
         self.reason = self.reason or UNKNOWN + "I have just found a place where I may be, and drive on to be sure"
 
+    def accepts(self, explained: Array) -> bool:
+        """Return whether another place explains readings as well as a true place usually does."""
+        said = explained[~np.isnan(explained)]
+        return len(said) > 0 and bool(said.mean() >= self._tuned.place_explained * self._usual)
+
     def compare(self, better: float) -> None:
         """Take how much better the pose explains each reading than all poses elsewhere (log-likelihood)."""
         self._unique = self._unique + 1 if better > self._tuned.rival_margin else 0

@@ -92,7 +92,7 @@ class Localisation:
         self._wheels = WheelCalibration()
         self._pose = Pose(0.0, 0.0, 0.0)
         self._odometry: Optional[Pose] = None       # as the wheels measured it
-        self._next_search = 0.0
+        self._next_search, self._searched = 0.0, 0      # its time (s); readings heard at the last one
         self._search_odometry = Pose(0.0, 0.0, 0.0)
         self.where: Optional[Where] = None
         self.unknown_start()
@@ -191,7 +191,9 @@ class Localisation:
             if found is not None:
                 self._next_search = time + (tuned.period_sure if self._certainty.sure else tuned.period_unsure)
                 self._consider(found, odometry)
-        elif time >= self._next_search and len(self._recent) >= tuned.least_readings:
+        elif (time >= self._next_search and len(self._recent) >= tuned.least_readings
+              and self._recent.heard >= self._searched + tuned.new_readings):
+            self._searched = self._recent.heard
             beams = self._recent.seen_from(odometry)
             if np.count_nonzero(beams.measured != self._main.model.expected.none) >= tuned.least_readings / 2:
                 self._search_odometry = odometry
@@ -211,7 +213,10 @@ class Localisation:
                 better = min(better, self._search.scored(others.poses[elsewhere], newest).scores[0]
                              - self._search.improved(here.poses, newest).scores[0])
             self._certainty.compare(-better)
-            if better < self._tuned.margin:
+            trusted = self._certainty.sure and self._certainty.proven
+            if better < (self._tuned.margin_proven if trusted else self._tuned.margin):
+                return
+            if not self._certainty.accepts(self._main.model.explained(others.poses[elsewhere][0], beams)):
                 return
             others = Found(np.vstack((others.poses[elsewhere], here.poses)),
                            np.concatenate((others.scores[elsewhere], here.scores)), others.readings)

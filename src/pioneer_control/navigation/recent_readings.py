@@ -20,11 +20,15 @@ class RecentReadings:
 
     Args:
         most: number of readings to keep.
+
+    Attributes:
+        heard: number of readings that were ever added.
     """
 
     def __init__(self, most: int):
         self._rows = np.empty((2 * most, 5))    # x, y, heading of the sensor (odometry frame), range number, sensor
         self._most, self._end = most, 0
+        self.heard = 0
 
     def __len__(self) -> int:
         return min(self._end, self._most)
@@ -49,6 +53,7 @@ class RecentReadings:
             odometry.x + cosine * beams.x - sine * beams.y, odometry.y + sine * beams.x + cosine * beams.y,
             odometry.heading + beams.heading, beams.measured, beams.sensor), axis=1)
         self._end += count
+        self.heard += count
 
     def seen_from(self, odometry: Pose) -> Beams:
         """Return all kept readings, oldest first, relative to the robot at `odometry`."""

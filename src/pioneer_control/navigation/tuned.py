@@ -67,6 +67,13 @@ class LocalisationNumbers:
     period_unsure: float = parameter(0.8, Number(0.1, 1000.0), "time between two searches while it is not", "s")
     margin: float = parameter(
         0.25, Number(0.0, 5.0), "a pose found by a search must explain each reading better than the cloud by this")
+    margin_proven: float = parameter(
+        0.6, Number(0.0, 5.0), "the same while the pose is sure and a long way has proven it")
+    new_readings: int = parameter(
+        15, Whole(0, 5000), "a search begins only after so many new readings: standing tells nothing new")
+    place_explained: float = parameter(
+        0.75, Number(0.0, 1.0), "a pose found must explain at least this share of the usual share of echoes")
+
     rival_margin: float = parameter(
         0.15, Number(-5.0, 5.0), "to become sure, the pose must explain each reading better than any elsewhere by this")
 

@@ -118,3 +118,10 @@ def test_what_is_usual_is_learnt():
         hear(certainty, 0.3)
         certainty.judge(spread())
     assert certainty.sure
+
+
+def test_another_place_is_accepted_only_if_it_explains_as_much_as_is_usual():
+    certainty = sure()      # 0.8 of all echoes are usual
+    explained = np.array([1.0, 1.0, 0.0, np.nan])
+    assert certainty.accepts(explained) and not certainty.accepts(np.array([1.0, 0.0, 0.0, np.nan]))
+    assert not certainty.accepts(np.array([np.nan]))

@@ -79,6 +79,18 @@ def test_standing_adds_no_certainty():
     assert np.array_equal(where.covariance, first.covariance) and where.sure == first.sure
 
 
+def test_a_robot_that_is_lost_and_stands_searches_no_further():
+    robot, localisation = localised()
+    robot.pose = Pose(5.4, 3.3, 0.5)
+    circle(robot, localisation, 1.5)
+    circle_end = [localisation.update(robot.step(0.0, 0.0)) for _ in range(50)]
+    before = localisation.particles.copy()
+    assert not circle_end[-1].sure
+    for _ in range(200):
+        where = localisation.update(robot.step(0.0, 0.0))
+    assert np.array_equal(localisation.particles, before) and not where.sure
+
+
 def test_an_unknown_start_stays_unknown_while_the_robot_stands():
     robot, localisation = SensingRobot(ROOM, START), Localisation(MAP, TRANSDUCERS)
     assert not any(localisation.update(robot.step(0.0, 0.0)).sure for _ in range(200))
