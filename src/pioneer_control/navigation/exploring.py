@@ -21,11 +21,16 @@ Array = Any     # of numpy
 _ALL_ROUND = np.ones((3, 3), dtype=bool)
 
 
+_LOOKS = 3
+"""Goals in which a robot turns round once, before all others: it has to know its own surroundings."""
+
+
 class NextGoal(NamedTuple):
-    """Where to go next, and why, for people. `pose` is None when nothing is left."""
+    """Where to go next, and why, for people. `pose` is None: nothing is left. `with_heading`: its heading counts."""
 
     pose: Optional[Pose]
     reason: str
+    with_heading: bool = False
 
 
 class Explorer:
@@ -40,14 +45,19 @@ class Explorer:
     def __init__(self, home: Pose, radius: float, numbers: ExploringNumbers = ExploringNumbers()) -> None:
         self._home, self._radius, self._numbers = home, radius, numbers
         self._given_up: List[Tuple[float, float]] = []
+        self._looks = 0
         self.homeward = False
         """Whether the present goal is home."""
 
     def next(self, grid_map: GridMap, pose: Pose) -> NextGoal:
         """Return where to go now. Ask again when it is there, or when it failed, or when the map has grown."""
+        if self._looks < _LOOKS:
+            self._looks += 1
+            turned = wrapped(pose.heading + 2.0 * math.pi / _LOOKS)
+            return NextGoal(Pose(pose.x, pose.y, turned), "to look round", True)
         goal = next_goal(grid_map, pose, self._radius, self._given_up, self._numbers)
         self.homeward = goal.pose is None
-        return NextGoal(self._home, goal.reason + ": home") if self.homeward else goal
+        return NextGoal(self._home, goal.reason + ": home", True) if self.homeward else goal
 
     def give_up(self, goal: Pose) -> None:
         """Do not try this goal again: the robot could not get there, or learnt nothing there."""

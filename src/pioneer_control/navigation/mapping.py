@@ -24,6 +24,8 @@ from .values import Sensing
 from .wheel_motion import WheelBias
 
 _BIAS_STEP = 1e-4
+_MARGIN = 1.0
+"""Unknown floor (m) round the map, so that a robot may be sent there."""
 
 
 class _Drawn:
@@ -89,11 +91,11 @@ class Mapper:
         return self._graph.bias
 
     def grid_map(self) -> GridMap:
-        """Return the map as it is now. Nothing changes by asking."""
+        """Return the map as it is now, with unknown cells round it and round the robot. Nothing changes by asking."""
         grid = self._grid.copy()
         for votes in self._not_drawn():
             grid.add(votes)
-        return grid.grid_map()
+        return grid.grid_map(self.pose.x, self.pose.y, _MARGIN)
 
     def finish(self) -> None:
         """Draw all stretches anew with all that is known now. This takes a second; the map gets better."""

@@ -15,6 +15,9 @@ from .wheel_motion import WheelBias
 
 Array = Any     # of numpy
 
+_DECIMALS = 7
+"""To which solutions are rounded (m, rad)."""
+
 
 class Between(NamedTuple):
     """A measured pose of one node relative to another.
@@ -83,6 +86,9 @@ class PoseGraph:
         doubted = np.array([each.doubted for each in self._betweens])
         for _ in range(rounds):
             self._step(first, second, measured, root, by_bias, doubted)
+        # The last bits depend on how a library of linear algebra was built and loaded. The same data give the same map.
+        self.poses = np.round(self.poses, _DECIMALS)
+        self.bias = WheelBias(*(round(float(each), _DECIMALS) for each in self.bias))
 
     def _step(self, first: Array, second: Array, measured: Array, root: Array, by_bias: Array, doubted: Array) -> None:
         """Make one step of Gauss-Newton."""
@@ -90,7 +96,7 @@ class PoseGraph:
         start, way = self.poses[first], self.poses[second] - self.poses[first]
         cosine, sine = np.cos(start[:, 2]), np.sin(start[:, 2])
         error = np.empty_like(measured)
-        expected = measured + by_bias @ bias
+        expected = measured + np.einsum("nij,j->ni", by_bias, bias)
         error[:, 0] = cosine * way[:, 0] + sine * way[:, 1] - expected[:, 0]
         error[:, 1] = -sine * way[:, 0] + cosine * way[:, 1] - expected[:, 1]
         error[:, 2] = np.remainder(way[:, 2] - expected[:, 2] + np.pi, 2.0 * np.pi) - np.pi
@@ -104,7 +110,8 @@ class PoseGraph:
         error = np.einsum("nij,nj->ni", root, error)
         weight = np.where(doubted, 1.0 / (1.0 + (error ** 2).sum(axis=1) / self._doubt ** 2), 1.0) ** 0.5
         count, unknowns = len(first), 3 * len(self.poses) + 3
-        blocks = np.stack((root @ by_first, root @ by_second, -root @ by_bias), axis=1) * weight[:, None, None, None]
+        blocks = np.stack([np.einsum("nij,njk->nik", root, each) for each in (by_first, by_second, -by_bias)], axis=1)
+        blocks *= weight[:, None, None, None]
         error *= weight[:, None]
         place = np.stack((3 * first, 3 * second, np.full(count, unknowns - 3)), axis=1)
         row = np.broadcast_to((3 * np.arange(count))[:, None, None, None] + np.arange(3)[:, None], blocks.shape)

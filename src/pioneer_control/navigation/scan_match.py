@@ -166,6 +166,6 @@ def _weights(scores: Array, trust: float) -> Any:
 
 def _spread(poses: Array, weights: Array) -> Any:
     """Return mean and covariance of weighted poses."""
-    mean = weights @ poses
+    mean = (weights[:, None] * poses).sum(axis=0)
     off = poses - mean
-    return mean, (weights[:, None] * off).T @ off
+    return mean, np.einsum("n,ni,nj->ij", weights, off, off)

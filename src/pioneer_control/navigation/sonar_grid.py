@@ -146,17 +146,22 @@ class SonarGrid:
         return (self._odds[row - self._row:end_row - self._row,
                            column - self._column:end_column - self._column].copy(), row, column)
 
-    def grid_map(self) -> GridMap:
-        """Return the map as it is now, as large as what was seen."""
+    def grid_map(self, x: float = 0.0, y: float = 0.0, margin: float = 0.0) -> GridMap:
+        """Return the map as it is now, as large as what was seen and a point (m), with a margin (m) all round."""
+        step = self.numbers.resolution
+        row, column = _cell(y, step), _cell(x, step)
         rows, columns = np.nonzero(self._seen > 1e-4)
-        if not len(rows):
-            return GridMap(np.full((1, 1), UNKNOWN, np.int8), self.numbers.resolution, (0.0, 0.0))
-        odds = self._odds[rows.min():rows.max() + 1, columns.min():columns.max() + 1]
+        more = math.ceil(margin / step)
+        low = (min(row, self._row + int(rows.min(initial=10 ** 9))) - more,
+               min(column, self._column + int(columns.min(initial=10 ** 9))) - more)
+        high = (max(row, self._row + int(rows.max(initial=-10 ** 9))) + more + 1,
+                max(column, self._column + int(columns.max(initial=-10 ** 9))) + more + 1)
+        self._grow(*low, *high)
+        odds = self._odds[low[0] - self._row:high[0] - self._row, low[1] - self._column:high[1] - self._column]
         cells = np.full(odds.shape, UNKNOWN, np.int8)
         cells[odds < self.numbers.floor] = FREE
         cells[odds > self.numbers.wall] = OCCUPIED
-        return GridMap(cells, self.numbers.resolution, ((self._column + int(columns.min())) * self.numbers.resolution,
-                                                        (self._row + int(rows.min())) * self.numbers.resolution))
+        return GridMap(cells, step, (low[1] * step, low[0] * step))
 
     def _grow(self, row: int, column: int, end_row: int, end_column: int) -> None:
         """Let the grid have these rows and columns."""

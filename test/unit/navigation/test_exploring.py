@@ -91,8 +91,22 @@ def test_a_robot_in_a_wall_gets_no_goal():
     assert "no known floor" in next_goal(found, HERE, RADIUS).reason
 
 
+def test_first_it_looks_round():
+    explorer = Explorer(Pose(2.0, 1.0, 0.5), RADIUS)
+    pose, turned = HERE, 0.0
+    for _ in range(3):
+        goal = explorer.next(floor((0.5, 1.5)), pose)
+        assert goal.with_heading and goal.pose[:2] == HERE[:2]
+        turned += math.remainder(goal.pose.heading - pose.heading, 2.0 * math.pi)
+        pose = goal.pose
+    assert turned == pytest.approx(2.0 * math.pi)
+    assert not explorer.next(floor((0.5, 1.5)), HERE).with_heading
+
+
 def test_after_all_it_goes_home():
     explorer = Explorer(Pose(2.0, 1.0, 0.5), RADIUS)
+    for _ in range(3):
+        explorer.next(floor((0.5, 1.5)), HERE)
     goal = explorer.next(floor((0.5, 1.5)), HERE)
     assert not explorer.homeward
     explorer.give_up(goal.pose)
