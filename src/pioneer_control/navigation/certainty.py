@@ -36,6 +36,7 @@ class Certainty:
         self._tuned = tuned
         self._usual = tuned.usual_explained
         self._heard: Dict[int, int] = {}
+        self._low = 0.0     # readings since too few were explained
         self.lose("I was not told, and have not heard enough yet; drive me a little")
 
     @property
@@ -51,7 +52,8 @@ class Certainty:
     @property
     def doubts(self) -> bool:
         """Whether the readings contradict the pose."""
-        return self.explained < self._tuned.unsure_explained * self._usual
+        return (self.explained < self._tuned.unsure_explained * self._usual
+                or self._low > self._tuned.explained_readings)
 
     def lose(self, why: str) -> None:
         """From now on no place is likely."""
@@ -62,7 +64,7 @@ class Certainty:
 
     def place(self, trusted: bool) -> None:
         """From now on some place is likely. If `trusted`, a person said so."""
-        self._placed = True
+        self._placed, self._low = True, 0.0
         self.explained = self._usual
         self._trusted_way = self._tuned.proven_way if trusted else 0.0
         self._unique = self._tuned.sure_searches if trusted else 0
@@ -93,9 +95,12 @@ class Certainty:
         weights = np.maximum(weight, (np.abs(beams.measured - before) > OTHER) * (before != NEVER))
         says = ~np.isnan(explained)
         for said, share in zip(explained[says].tolist(), weights[says].tolist()):
+            self._low += share
             share /= self._tuned.explained_readings
             self.explained += (said - self.explained) * share
-            if self.sure:
+            if self.explained >= self._tuned.low_explained * self._usual:
+                self._low = 0.0
+            if self.sure and not self._low:
                 self._usual += (said - self._usual) * share / 20.0
         self._usual = min(max(self._usual, 0.5), 0.95)
         self._blind_way = 0.0 if (explained[says] > 0.0).any() else self._blind_way + way
@@ -105,12 +110,11 @@ class Certainty:
         """Decide whether the pose is sure."""
         tuned = self._tuned
         why = ""
-        wanted = tuned.unsure_explained if self.sure else tuned.sure_explained
         if not self._placed:
             why = self._lost
         elif self._blind_way > tuned.blind_way:
             why = "nothing that I heard in the last %.1f m told me" % self._blind_way
-        elif self.explained < wanted * self._usual:
+        elif self.doubts or not self.sure and self.explained < tuned.sure_explained * self._usual:
             why = "what I hear does not fit the map here"
         elif spread.position > tuned.sure_position * (1.0 if self.sure else 0.7):
             why = "I may be %.1f m away from there" % spread.position

@@ -87,12 +87,14 @@ class LocalisationNumbers:
         6.0, Number(0.0, 100.0), "after such a way, places that look alike do not make it unsure any more", "m")
     unsure_explained: float = parameter(
         0.6, Number(0.0, 1.0), "unsure when a smaller share of echoes is explained than this share of the usual one")
+    low_explained: float = parameter(
+        0.75, Number(0.0, 1.0), "unsure, too, when less than this share of the usual one is explained for long")
     sure_explained: float = parameter(
         0.8, Number(0.0, 1.0), "sure again when at least this share of the usual share is explained")
     usual_explained: float = parameter(
         0.8, Number(0.0, 1.0), "the usual share of echoes that the true pose explains, before it is learnt")
     blind_way: float = parameter(2.0, Number(0.1, 100.0), "unsure after such a way without an explained echo", "m")
-    explained_readings: int = parameter(60, Whole(5, 1000), "echoes over which the explained share is a mean")
+    explained_readings: int = parameter(60, Whole(5, 1000), "echoes over which the explained share is a mean; so many are long")
 
 
 @dataclass(frozen=True)

@@ -106,18 +106,31 @@ def test_a_place_that_a_long_way_has_proven_stays_sure_where_others_look_alike()
     assert certainty.sure
 
 
+def mixed(certainty, share, packets):
+    """Let it hear packets of 10 readings, a share of which is explained."""
+    for _ in range(packets):
+        hear(certainty, 1.0, count=round(10 * share))
+        hear(certainty, 0.0, count=10 - round(10 * share))
+        certainty.judge(spread())
+
+
 def test_what_is_usual_is_learnt():
     certainty = Certainty(replace(TUNED, usual_explained=0.9))
     certainty.place(trusted=True)
     certainty.judge(spread())
-    for _ in range(1500):
-        hear(certainty, 0.6)        # an unusual world: reality is often elsewhere than on the map
-        certainty.judge(spread())
+    for share in (0.8, 0.7, 0.6):       # an unusual world: reality is often elsewhere than on the map
+        mixed(certainty, share, 400)
+        assert certainty.sure
+    mixed(certainty, 0.5, 100)
     assert certainty.sure
-    for _ in range(10):
-        hear(certainty, 0.3)
-        certainty.judge(spread())
+
+
+def test_a_little_too_few_explained_readings_make_it_unsure_after_a_while():
+    certainty = sure()      # 0.8 of all echoes are usual
+    mixed(certainty, 0.5, 6)
     assert certainty.sure
+    mixed(certainty, 0.5, 20)
+    assert not certainty.sure
 
 
 def test_another_place_is_accepted_only_if_it_explains_as_much_as_is_usual():
