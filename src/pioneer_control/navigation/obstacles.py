@@ -26,6 +26,7 @@ Array = Any     # of numpy
 _ACROSS = np.array([-0.9, -0.45, 0.0, 0.45, 0.9]) * HALF_CONE
 _THROUGH = 0.7 * HALF_CONE
 _FIRINGS_KEPT = 40
+_NEVER = -10 ** 9       # so often passed: no echo can make up for it
 
 
 class Places(NamedTuple):

@@ -113,6 +113,15 @@ def test_what_is_added_and_what_is_forgotten():
     assert len(obstacles.heard().x) == 0
 
 
+def test_what_stalled_the_wheels_is_kept_although_sonar_hears_through_it():
+    obstacles = memory(felt=60.0)
+    obstacles.add(np.array([2.6]), np.array([2.1]), 1.0)
+    for k in range(50):
+        places = hear(obstacles, 1.85, 1.1 + 0.1 * k)
+    assert 2.6 in places.x
+    assert 2.6 not in hear(obstacles, 1.85, 61.1).x
+
+
 def test_the_faces_of_walls_near_a_pose():
     grid_map = room()
     clearance = DrivableFloor(grid_map, 0.2, PlanningNumbers()).clearance
