@@ -11,7 +11,8 @@ from page_server import LIMIT, PageServer, helm, robot_info, status, until, WORL
 
 KEYS = {"ArrowUp": ("ArrowUp", 38), "ArrowLeft": ("ArrowLeft", 37), "ArrowRight": ("ArrowRight", 39),
         "KeyW": ("w", 87), "KeyD": ("d", 68), "KeyS": ("s", 83),
-        "KeyF": ("f", 70), "KeyL": ("l", 76), "Digit0": ("0", 48), "Equal": ("+", 187), "Space": (" ", 32),
+        "KeyF": ("f", 70), "KeyG": ("g", 71), "KeyH": ("h", 72),
+        "KeyL": ("l", 76), "Digit0": ("0", 48), "Equal": ("+", 187), "Space": (" ", 32),
         "Enter": ("Enter", 13), "End": ("End", 35), "Home": ("Home", 36), "Tab": ("Tab", 9)}
 
 

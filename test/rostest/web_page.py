@@ -12,7 +12,8 @@ import unittest
 
 import rospy
 import rostest
-from geometry_msgs.msg import PoseStamped
+from actionlib_msgs.msg import GoalID
+from geometry_msgs.msg import Pose2D, PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from std_srvs.srv import SetBool
 
@@ -20,11 +21,13 @@ HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 sys.path.insert(0, str(HERE.parent / "integration"))
 
-from pioneer_control.msg import Helm
+from pioneer_control.msg import Helm, Navigation
 from web_site import Viewer
 from witness import PATIENCE, Witness, wait_until
 
-TOPICS = {"pioneer/ground_truth": Odometry, "second/ground_truth": Odometry, "pioneer/helm": Helm}
+TOPICS = {"pioneer/ground_truth": Odometry, "second/ground_truth": Odometry, "pioneer/helm": Helm,
+          "pioneer/move_base_simple/goal": PoseStamped, "pioneer/initialpose": PoseWithCovarianceStamped,
+          "pioneer/move_base/cancel": GoalID}
 
 
 class PageOfAGraph(unittest.TestCase):
@@ -109,7 +112,40 @@ class PageOfAGraph(unittest.TestCase):
         self.viewer.do("unlock", robot=number)
         self.witness.wait("it is unlocked", lambda: not self.witness.seen["pioneer/helm"][-1].locks)
 
-    def test_5_a_robot_that_goes_leaves_the_page(self):
+    def test_5_navigation_is_shown_and_told_and_where_there_is_none_it_is_said(self):
+        number, second = self.number_of("pioneer"), self.number_of("second")
+        state = Navigation(state="idle", sure=True, pose=Pose2D(1.0, 2.0, 0.0))
+        state.header.frame_id = "map"
+        publisher = rospy.Publisher("pioneer/navigation", Navigation, queue_size=1)
+        timer = rospy.Timer(rospy.Duration(0.1), lambda _: publisher.publish(state))
+        self.addCleanup(timer.shutdown)
+        wait_until("navigation is shown", lambda: (self.viewer.newest("navigation") or {}).get("pose") == [1, 2, 0])
+        self.viewer.picture(number)
+        self.viewer.do("take", robot=number)
+        self.witness.wait("programs are locked out", lambda: self.witness.seen["pioneer/helm"][-1].programs_locked_out)
+        self.viewer.do("go", robot=number, x=9.0, y=9.0, heading=0.0)
+        wait_until("it is refused", lambda: self.viewer.said("let programs drive"))
+        self.viewer.do("release", robot=number)
+        self.witness.wait("they are free", lambda: not self.witness.seen["pioneer/helm"][-1].programs_locked_out)
+        self.viewer.picture(number)
+        self.viewer.do("go", robot=number, x=3.0, y=-1.5, heading=0.0)
+        self.witness.wait("it is sent", lambda: self.witness.seen["pioneer/move_base_simple/goal"])
+        goal = self.witness.seen["pioneer/move_base_simple/goal"][-1]
+        self.assertEqual((goal.header.frame_id, goal.pose.position.x, goal.pose.position.y), ("map", 3.0, -1.5))
+        self.viewer.do("here", robot=number, x=1.0, y=2.0, heading=3.0)
+        self.witness.wait("it is told", lambda: self.witness.seen["pioneer/initialpose"])
+        here = self.witness.seen["pioneer/initialpose"][-1].pose
+        self.assertAlmostEqual(here.pose.orientation.z, 0.997495, 5)
+        self.assertTrue(here.covariance[0] > 0 and here.covariance[7] > 0 and here.covariance[35] > 0)
+        self.viewer.do("cancel", robot=number)
+        self.witness.wait("it is called back", lambda: self.witness.seen["pioneer/move_base/cancel"])
+        self.viewer.picture(second)
+        self.viewer.do("here", robot=second, x=3.0, y=-1.5, heading=0.0)
+        wait_until("no navigation", lambda: self.viewer.said("does navigation run"))
+        timer.shutdown()
+        wait_until("silence is said", lambda: self.viewer.newest("navigation")["state"] == "silent")
+
+    def test_6_a_robot_that_goes_leaves_the_page(self):
         self.number_of("second")
         for node in ("p2os", "simulator"):
             subprocess.run(["rosnode", "kill", "/second/" + node], stdout=subprocess.DEVNULL, timeout=PATIENCE)

@@ -26,7 +26,9 @@ pictures to browsers, and orders back. It may die or hang at any time: the robot
 ``trail``             the way that a robot went lately
 ``truth``             what the simulator tells of its world and tasks, and the orders to it
 ``from_messages``     the messages of a robot's topics, as the page shows them
+``navigation_picture``  what navigation tells of a robot, as the page shows it
 ``graph``             the robots of a ROS graph
+``graph_navigation``  what persons tell their navigation
 ``node``              the ROS node that serves them
 ``recorded``          a bag as a recording for the page
 ``one_file``          joins the page and a recording into one HTML file

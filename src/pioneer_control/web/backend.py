@@ -15,6 +15,7 @@ from typing import Any, Dict, List, NamedTuple, Optional, Protocol, Sequence, Tu
 
 from ..errors import RefusedError
 from .frames import LONGEST_RANGE
+from .orders import NavigationOrder
 from .trail import Trail
 
 TEACHERS = "teachers"
@@ -73,6 +74,9 @@ class Controls(Protocol):
 
     def release(self) -> None:
         """Let programs command again."""
+
+    def navigate(self, order: NavigationOrder) -> None:
+        """Pass an order on to the robot's navigation. Raises RefusedError where there is none."""
 
     @property
     def locks(self) -> Tuple[str, ...]:

@@ -11,11 +11,12 @@ from ..client.fault_flags import Level
 from ..client.health import CHARGING, Finding, Health
 from ..client.helm import VelocityInput
 from ..client.ports import is_serial
-from ..errors import PioneerError
+from ..errors import PioneerError, RefusedError
 from ..p2os import Flags, GripperCommand
 from ..port_url import without_key
 from .backend import REPEAT, SONAR_LIVES, VELOCITY_LIVES, Feed, Pose, Stage, StatusPace, robot_entry
 from .frames import FrameFlags, GripperBits, RobotFrame, encode_frame, stamp_of
+from .orders import NavigationOrder
 from .program_line import INPUT as PROGRAM
 from .trail import Trail
 
@@ -286,6 +287,10 @@ class ClientRobot:
     def release(self) -> None:
         """Let programs command again."""
         self.steered.release()
+
+    def navigate(self, order: NavigationOrder) -> None:
+        """Raise RefusedError: navigation is a node of ROS."""
+        raise RefusedError("this robot has no navigation here: it runs with ROS, by navigate.launch and web.launch")
 
     @property
     def locks(self) -> Tuple[str, ...]:

@@ -39,7 +39,7 @@ MOST_MESSAGES = 100     # a second and viewer; so many at once
 MOST_SAID = 100         # sentences that wait for one viewer
 SAME_SENTENCE = 1.0     # s in which a viewer gets the same sentence only once
 MOST_NAMES = 500        # of visitors, also of those who left
-OF_ROBOTS = ("status", "helm", "trail", "program")
+OF_ROBOTS = ("status", "helm", "trail", "program", "navigation", "plan", "cloud", "places")
 """Kinds of which each robot has its own text."""
 
 Key = Tuple[str, Optional[int]]

@@ -11,6 +11,7 @@ from typing import Any, Callable, Dict, Iterable, Iterator, List, Mapping, Named
 from ..message_values import NO_ECHO, NOT_HEARD, GripStatus, LiftStatus, heading_of
 from .backend import SONAR_LIVES, Pose, robot_entry
 from .frames import FrameFlags, GripperBits, RobotFrame
+from .navigation_picture import NavigationPicture
 
 USUAL_OUTLINE = ((0.22, -0.2), (0.22, 0.2), (-0.22, 0.2), (-0.22, -0.2))
 """The outline (m) of a robot whose own is not known, about that of a Pioneer 3."""
@@ -23,6 +24,12 @@ DECISION_LIVES = 1.5
 MAP_FREE, MAP_OCCUPIED, MAP_UNKNOWN = 0, 1, 2
 GOAL = "move_base_simple/goal"
 """The topic on which RViz, and whoever else, tells a robot where to drive."""
+TRUTH = "truth"
+"""The last part of the namespace, and of the frame, in which a simulator hides the truth from navigation."""
+CELLS_A_SECOND = 100000
+"""Of a map that is being made, so many cells a second are shown on average."""
+NEW_ORIGIN = 0.005, 0.005
+"""m, rad: a correction of the place in the map that moves a robot less is not told."""
 
 
 class Happening(NamedTuple):
@@ -70,17 +77,17 @@ class RobotPicture:
         pose_at: time of the newest pose (s); -infinity before the first.
         odom_frame: the frame of its poses.
         origin: where its odometry began in the map, by its true pose; None where nobody tells that.
-        goal: where it drives to: the frame, and x and y in it (m); None before somebody said so.
         simulated: whether its true pose is told.
         happened: what has happened since somebody emptied this list.
+        navigation: what its navigation tells.
     """
 
     def __init__(self, number: int, namespace: str) -> None:
         self.number, self.namespace = number, namespace
+        self.navigation = NavigationPicture(number)
         self.pose_at = -math.inf
         self.odom_frame = ""
         self.origin: Optional[Pose] = None
-        self.goal: Optional[Tuple[str, float, float]] = None
         self.simulated = False
         self.happened: List[Happening] = []
         self._pose: Pose = (0.0, 0.0, 0.0)
@@ -152,11 +159,23 @@ class RobotPicture:
         """The newest message on the topic helm; None when the driver tells nothing."""
         return self._helm
 
+    def placed(self, origin: Pose) -> Pose:
+        """Return its pose in the map, if its odometry begins at this pose."""
+        x, y, heading = self._pose
+        cosine, sine = math.cos(origin[2]), math.sin(origin[2])
+        return origin[0] + cosine * x - sine * y, origin[1] + sine * x + cosine * y, origin[2] + heading
+
     # What it takes
 
     def take(self, name: str, message: Any, now: float) -> None:
         """Take a message of the topic ``name`` (a key of TOPICS). Raises ValueError for numbers that make no sense."""
         TOPICS[name].take(self, message, now)
+
+    def _take_navigation(self, message: Any, now: float) -> None:
+        self.navigation.take_state(message, now)
+        for text in self.navigation.news:
+            self._happen("event", "info", text)
+        self.navigation.news.clear()
 
     def take_diagnostics(self, task: str, level: int, text: str) -> None:
         """Take one task of the robot's diagnostics."""
@@ -185,18 +204,12 @@ class RobotPicture:
 
     def _take_truth(self, message: Any, now: float) -> None:
         self.simulated = True
-        if self.origin is None and self.odom_frame:
+        if self.origin is None and self.odom_frame and _last(message.header.frame_id) != TRUTH:
             place, turn = message.pose.pose.position, message.pose.pose.orientation
             x, y, heading = self._pose
             turned = heading_of(turn.x, turn.y, turn.z, turn.w) - heading
             cosine, sine = math.cos(turned), math.sin(turned)
             self.origin = place.x - cosine * x + sine * y, place.y - sine * x - cosine * y, turned
-
-    def _take_goal(self, message: Any, now: float) -> None:
-        place = message.pose.position
-        if not (math.isfinite(place.x) and math.isfinite(place.y)):
-            raise ValueError("a goal of %s is not finite: %r, %r" % (self.name, place.x, place.y))
-        self.goal = message.header.frame_id.strip("/"), place.x, place.y
 
     def _take_sonar(self, message: Any, now: float) -> None:
         self._sonar_at = now
@@ -271,6 +284,14 @@ class RobotPicture:
         self.happened.append(Happening(kind, level, text))
 
 
+def of_navigation(take: Callable[[NavigationPicture, Any, float], None]) -> Callable[[Any, Any, float], None]:
+    """Return the method of a RobotPicture that passes messages on to a method of its NavigationPicture."""
+    def passed(robot: RobotPicture, message: Any, now: float) -> None:
+        take(robot.navigation, message, now)
+
+    return passed
+
+
 TOPICS: Dict[str, ShownTopic] = {
     "pose": ShownTopic("Odometry", RobotPicture._take_pose),
     "ground_truth": ShownTopic("Odometry", RobotPicture._take_truth),
@@ -285,15 +306,25 @@ TOPICS: Dict[str, ShownTopic] = {
     "decision": ShownTopic("Decision", RobotPicture._take_decision),
     "robot_info": ShownTopic("RobotInfo", RobotPicture._take_info),
     "helm": ShownTopic("Helm", RobotPicture._take_helm),
-    GOAL: ShownTopic("PoseStamped", RobotPicture._take_goal),
+    GOAL: ShownTopic("PoseStamped", of_navigation(NavigationPicture.take_goal)),
+    "navigation": ShownTopic("Navigation", RobotPicture._take_navigation),
+    "plan": ShownTopic("Path", of_navigation(NavigationPicture.take_plan)),
+    "particlecloud": ShownTopic("PoseArray", of_navigation(NavigationPicture.take_cloud)),
+    "places": ShownTopic("Places", of_navigation(NavigationPicture.take_places)),
 }
 """The topics of a robot, by the name in its namespace."""
+OF_ANYBODY = (GOAL, "plan", "particlecloud")
+"""Topics that nodes of other kinds have, too: who has one need not be a robot."""
 
 
 class WorldPicture:
-    """What all robots share: the map, the cans, and where the odometry of each robot begins in the map."""
+    """What all robots share: the map, the cans, and where the odometry of each robot begins in the map.
 
-    def __init__(self) -> None:
+    Args:
+        cells_a_second: how many cells of a map that is being made are shown, on average: all of a large map seldom.
+    """
+
+    def __init__(self, cells_a_second: float = CELLS_A_SECOND) -> None:
         self.world: Optional[Dict[str, Any]] = None
         """The text ``world``."""
         self.cans: List[List[float]] = []
@@ -301,10 +332,18 @@ class WorldPicture:
         self._name = ""
         self._told: Dict[str, Any] = {"world": None, "cans": [], "origins": {}, "goals": {}}
         self._origins: Dict[str, Pose] = {}     # by the odometry frame
+        self._told_origins: Dict[int, Pose] = {}
+        self._cells_a_second = cells_a_second
+        self._map: Any = None                   # the newest map, while it waits to be shown
+        self._map_due = -math.inf               # time (s) from which another map may be shown
 
     def take(self, name: str, message: Any, now: float) -> None:
         """Take a message of the topic ``name`` (a key of SHARED)."""
         SHARED[name].take(self, message, now)
+        if self._map is not None and now >= self._map_due:
+            newest, self._map = self._map, None
+            self._map_due = now + len(newest.data) / self._cells_a_second
+            self.world = world_of(newest, self._name)
 
     def changes(self, robots: Iterable[RobotPicture]) -> List[Tuple[str, Any]]:
         """Return the texts (kind and value) that are others than at the last call: world, cans, origins, goals.
@@ -317,16 +356,21 @@ class WorldPicture:
 
     def origins(self, robots: Iterable[RobotPicture]) -> Dict[str, List[float]]:
         """Return the text ``origins``: as tf says it, else by the true pose."""
-        found = {robot.number: self._origins.get(robot.odom_frame, robot.origin) for robot in robots}
-        return {str(number): [_short(value) for value in origin]
-                for number, origin in found.items() if origin is not None}
+        told = {}
+        for robot in robots:
+            origin, before = self._origins.get(robot.odom_frame, robot.origin), self._told_origins.get(robot.number)
+            if origin is not None:
+                same = before is not None and _is_near(robot.placed(before), robot.placed(origin))
+                told[robot.number] = before if before is not None and same else origin
+        self._told_origins = told
+        return {str(number): [_short(value) for value in origin] for number, origin in told.items()}
 
     def goals(self, robots: Iterable[RobotPicture]) -> Dict[str, List[float]]:
         """Return the text ``goals``. A goal that was given in the frame of a robot's odometry is turned into the map.
         """
         found: Dict[str, List[float]] = {}
         for robot in robots:
-            frame, x, y = robot.goal or ("", 0.0, 0.0)
+            frame, x, y = robot.navigation.goal or ("", 0.0, 0.0)
             origin = self._origins.get(frame, robot.origin) if frame == robot.odom_frame else None
             east, north, turned = origin or (0.0, 0.0, 0.0)
             cosine, sine = math.cos(turned), math.sin(turned)
@@ -335,7 +379,7 @@ class WorldPicture:
         return found
 
     def _take_map(self, message: Any, now: float) -> None:
-        self.world = world_of(message, self._name)
+        self._map = message
 
     def _take_name(self, message: Any, now: float) -> None:
         self._name = message.data
@@ -362,6 +406,23 @@ SHARED: Dict[str, ShownTopic] = {
     "tf_static": ShownTopic("TFMessage", WorldPicture._take_tf),
 }
 """The topics that robots share, by their last name. They may be in the namespace of one robot."""
+
+
+def shared_name(topic: str, kind: str) -> str:
+    """Return the name in SHARED of a topic with this type; empty if it is none of them, or the hidden truth."""
+    namespace, _, name = topic.strip("/").rpartition("/")
+    is_shown = name in SHARED and _last(kind) == SHARED[name].type and _last(namespace) != TRUTH
+    return name if is_shown else ""
+
+
+def _last(name: str) -> str:
+    return name.rpartition("/")[2]
+
+
+def _is_near(one: Pose, other: Pose) -> bool:
+    metres, radians = NEW_ORIGIN
+    return (math.hypot(one[0] - other[0], one[1] - other[1]) < metres
+            and abs(math.remainder(one[2] - other[2], math.tau)) < radians)
 
 
 def namespace_of(node: str) -> str:

@@ -1,7 +1,8 @@
 """The robots of a ROS graph, as the page shows them and tells them: found by their topics, coming and going.
 
-Only this file and `node` use ROS here. `from_messages` says what messages mean for the page. The driver of each robot
-decides who may command: this file publishes on ``teleop/cmd_vel`` and the like, as any program of a person does.
+Only this file, `graph_navigation` and `node` use ROS here. `from_messages` says what messages mean for the page. The
+driver of each robot decides who may command: this file publishes on ``teleop/cmd_vel`` and the like, as any program of
+a person does.
 """
 
 import math
@@ -13,7 +14,7 @@ import rosgraph
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseArray, PoseStamped, Twist, Vector3
-from nav_msgs.msg import OccupancyGrid, Odometry
+from nav_msgs.msg import OccupancyGrid, Odometry, Path
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import BatteryState as Battery
 from std_msgs.msg import Bool, String
@@ -22,16 +23,18 @@ from tf2_msgs.msg import TFMessage
 
 from ..errors import PioneerError, RefusedError
 from ..message_values import GripCommand, LiftCommand
-from ..msg import (BatteryState, Bumpers, Decision, GripperState, GripState, Helm, LiftState, MotorState, RobotInfo,
-                   SonarArray, Stall)
+from ..msg import (BatteryState, Bumpers, Decision, GripperState, GripState, Helm, LiftState, MotorState, Navigation,
+                   Places, RobotInfo, SonarArray, Stall)
 from .backend import REPEAT, Feed, Stage, StatusPace
 from .frames import FrameFlags, encode_frame, stamp_of
-from .from_messages import SHARED, TOPICS, RobotPicture, WorldPicture, diagnosed, namespace_of
+from .from_messages import SHARED, TOPICS, RobotPicture, WorldPicture, diagnosed, namespace_of, shared_name
+from .graph_navigation import GraphNavigation
+from .orders import NavigationOrder
 from .trail import Trail
 
 CLASSES = {each.__name__: each for each in (
     Odometry, SonarArray, MotorState, Bool, Stall, Bumpers, GripperState, Decision, RobotInfo, Helm, OccupancyGrid,
-    String, PoseArray, PoseStamped, TFMessage)}
+    String, PoseArray, PoseStamped, TFMessage, Navigation, Path, Places)}
 """The classes of messages by the last part of their type."""
 OF_TOPIC = {"battery": Battery, "battery_state": BatteryState}
 """The classes of topics whose types differ only in their packages."""
@@ -71,12 +74,11 @@ class GraphRobot:
         self._frame_due = False
         self._pace = StatusPace()
         self._poses: List[float] = []
-        prefix = "/%s/" % namespace if namespace else "/"
+        self._prefix = prefix = "/%s/" % namespace if namespace else "/"
         self._velocity = rospy.Publisher(prefix + PERSON, Twist, queue_size=1, tcp_nodelay=True)
         self._stop_all = rospy.Publisher(prefix + "stop_all", Bool, queue_size=1, tcp_nodelay=True)
         self._gripper = rospy.Publisher(prefix + "teleop/gripper_control", GripperState, queue_size=1)
-        self._set_motors = rospy.ServiceProxy(prefix + "set_motors", SetBool)
-        self._release = rospy.ServiceProxy(prefix + "teleop/release", Trigger)
+        self._navigation = GraphNavigation(prefix, self.picture.navigation, self._call)
         self._subscribers = [
             rospy.Subscriber(prefix + name, OF_TOPIC.get(name) or CLASSES[topic.type], self._hear, name,
                              queue_size=5, tcp_nodelay=True)
@@ -87,7 +89,7 @@ class GraphRobot:
 
     def close(self, wait: bool = True) -> None:
         """Listen no more, and publish no more. The owner has stopped what persons drive."""
-        for each in (*self._subscribers, self._velocity, self._stop_all, self._gripper):
+        for each in (*self._subscribers, self._velocity, self._stop_all, self._gripper, self._navigation):
             each.unregister()
 
     # What is shown
@@ -122,6 +124,7 @@ class GraphRobot:
         with self._lock:
             if now - self._framed_at >= REPEAT or self._frame_due:
                 self._send_frame(now)
+            self._tell_navigation(now)
 
     def status(self, now: float) -> Optional[Dict[str, Any]]:
         """Return the text ``status`` if it is time to tell a new one; else None."""
@@ -157,6 +160,12 @@ class GraphRobot:
         self._tell(happened)
         if name == "robot_info" or name == "helm" and message != before or name == "pose" and not self.introduced:
             self._stage.changed(self)
+
+    def _tell_navigation(self, now: float) -> None:
+        """Tell what has changed of navigation, while the lock is held."""
+        if self.introduced:
+            for kind, value in self.picture.navigation.changes(now):
+                self._feed.text(kind, value, self.number)
 
     def _happened(self) -> List[Any]:
         happened, self.picture.happened = self.picture.happened, []
@@ -203,7 +212,7 @@ class GraphRobot:
 
     def motors(self, on: bool) -> None:
         """Ask for motors on or off. What the driver answers comes as a sentence."""
-        self._call(self._set_motors, on)
+        self._call("set_motors", SetBool, on)
 
     def gripper(self, command: str) -> None:
         """Give the gripper one of orders.GRIPPER_COMMANDS."""
@@ -216,7 +225,11 @@ class GraphRobot:
 
     def release(self) -> None:
         """Let programs command again."""
-        self._call(self._release)
+        self._call("teleop/release", Trigger)
+
+    def navigate(self, order: NavigationOrder) -> None:
+        """Pass an order on to navigation. What it answers comes as a sentence."""
+        self._navigation.navigate(order)
 
     @property
     def locks(self) -> Tuple[str, ...]:
@@ -232,9 +245,10 @@ class GraphRobot:
             return "locked out"
         return "driving" if helm is not None and helm.commander not in ("", PERSON) else "free"
 
-    def _call(self, service: Any, *values: Any) -> None:
-        """Call a service in a thread of its own, and say what it answers if it fails."""
+    def _call(self, name: str, kind: Any, *values: Any) -> None:
+        """Call a service of the robot in a thread of its own, and say what it answers if it fails."""
         def call() -> None:
+            service = rospy.ServiceProxy(self._prefix + name, kind)
             try:
                 service.wait_for_service(SERVICE_PATIENCE)
                 answer = service(*values)
@@ -296,8 +310,8 @@ class Graph:
     def _share(self, topics: Dict[str, str]) -> None:
         """Subscribe to new topics that all robots share."""
         for topic, kind in topics.items():
-            name = topic.rpartition("/")[2]
-            if name in SHARED and kind.endswith("/" + SHARED[name].type) and topic not in self._shared:
+            name = shared_name(topic, kind)
+            if name and topic not in self._shared:
                 self._shared[topic] = rospy.Subscriber(topic, CLASSES[SHARED[name].type], self._hear, name,
                                                        queue_size=20)
 

@@ -2,7 +2,8 @@
 
 A browser loads no modules from file://, so the modules become one classic script. This works because they keep to
 ``import {a, b} from "./x.js";`` and ``export function``, ``export class``, ``export const`` or ``export async
-function``, and because no name is used twice in all of them. A module that does otherwise is refused.
+function``, and because no name is used twice in all of them. A module that does otherwise is refused. A module that is
+loaded only when it is needed, by ``import("./x.js")``, is in the script too: the promise is of what it exports.
 """
 
 import base64
@@ -27,6 +28,7 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
     "--title": dict(help="what the page is called (default: the name of the bag)"),
 }
 _IMPORT = re.compile(r'^import \{([\w$, ]+)\} from "\./([\w-]+\.js)";\n', re.MULTILINE)
+_LATE = re.compile(r'\bimport\("\./([\w-]+\.js)"\)')
 _EXPORT = re.compile(r"^export (?=(?:async )?function |class |const )", re.MULTILINE)
 _LEFT = re.compile(r"^\s*(?:import|export)\b.*|\bimport\(.*", re.MULTILINE)
 _STYLE = '<link rel="stylesheet" href="style.css">\n'
@@ -52,6 +54,11 @@ def _declared(statement: str) -> List[str]:
     return [match for part in flat.split(",") for match in re.findall(r"^\s*([A-Za-z_$][\w$]*)\s*=(?![=>])", part)]
 
 
+def exports_of(text: str) -> List[str]:
+    """Return the names that a module exports."""
+    return re.findall(r"^export .*?(?:function|class|const) ([\w$]+)", text, re.MULTILINE)
+
+
 def order_of(modules: Mapping[str, str], start: str = START) -> List[str]:
     """Return the names of the modules that ``start`` needs, each behind those that it imports.
 
@@ -69,10 +76,12 @@ def order_of(modules: Mapping[str, str], start: str = START) -> List[str]:
             return
         for wanted, other in _IMPORT.findall(modules[name]):
             visit(other, path + [name])
-            exported = re.findall(r"^export .*?(?:function|class|const) ([\w$]+)", modules[other], re.MULTILINE)
+            exported = exports_of(modules[other])
             for each in re.split(r", *", wanted.strip()):
                 if each not in exported:
                     raise UsageError("%s imports %s, which %s does not export" % (name, each, other))
+        for other in _LATE.findall(modules[name]):
+            visit(other, path + [name])
         ordered.append(name)
     visit(start, [])
     return ordered
@@ -87,7 +96,8 @@ def join_modules(modules: Mapping[str, str], start: str = START) -> str:
     owners: Dict[str, str] = {}
     parts = []
     for name in order_of(modules, start):
-        text = _EXPORT.sub("", _IMPORT.sub("", modules[name]))
+        text = _LATE.sub(lambda late: "Promise.resolve({%s})" % ", ".join(exports_of(modules[late.group(1)])),
+                         _EXPORT.sub("", _IMPORT.sub("", modules[name])))
         left = _LEFT.search(text)
         if left:
             raise UsageError("%s: a form of import or export that cannot be joined: %s" % (name, left.group().strip()))

@@ -19,6 +19,7 @@ LONGEST_NAME = 24
 LONGEST_SENTENCE = 500
 LONGEST_FAULT = 100
 LONGEST_TASK = 24
+LONGEST_PLACE = 40
 SPEEDS = 0.2, 4.0
 """The slowest and the fastest time of a class. Slower, links to robots are taken for lost."""
 ALL = "all"
@@ -98,6 +99,44 @@ class ReleaseOrder(NamedTuple):
     robot: int
 
 
+class GoOrder(NamedTuple):
+    """Drive to this pose in the map (m, rad), by the robot's navigation."""
+
+    robot: int
+    x: float
+    y: float
+    heading: float
+
+
+class HereOrder(NamedTuple):
+    """The robot is at this pose in the map (m, rad), as somebody sees it."""
+
+    robot: int
+    x: float
+    y: float
+    heading: float
+
+
+class CancelOrder(NamedTuple):
+    """Drive to the goal no more."""
+
+    robot: int
+
+
+class SavePlaceOrder(NamedTuple):
+    """The place where the robot stands gets this name."""
+
+    robot: int
+    name: str
+
+
+class ForgetPlaceOrder(NamedTuple):
+    """The place of this name has no name any more."""
+
+    robot: int
+    name: str
+
+
 class NameOrder(NamedTuple):
     """Others see this viewer under this name."""
 
@@ -165,9 +204,14 @@ class EndTaskOrder(NamedTuple):
     """The task ends."""
 
 
-HelmOrder = Union[DriveOrder, StopOrder, UnlockOrder, MotorsOrder, GripperOrder, LimitOrder, TakeOrder, ReleaseOrder]
+NavigationOrder = Union[GoOrder, HereOrder, CancelOrder, SavePlaceOrder, ForgetPlaceOrder]
+"""An order for the navigation of a robot."""
+NAVIGATION_ORDERS = (GoOrder, HereOrder, CancelOrder, SavePlaceOrder, ForgetPlaceOrder)
+HelmOrder = Union[DriveOrder, StopOrder, UnlockOrder, MotorsOrder, GripperOrder, LimitOrder, TakeOrder, ReleaseOrder,
+                  NavigationOrder]
 """An order about robots."""
-HELM_ORDERS = (DriveOrder, StopOrder, UnlockOrder, MotorsOrder, GripperOrder, LimitOrder, TakeOrder, ReleaseOrder)
+HELM_ORDERS = (DriveOrder, StopOrder, UnlockOrder, MotorsOrder, GripperOrder, LimitOrder, TakeOrder, ReleaseOrder,
+               *NAVIGATION_ORDERS)
 SimulatorOrder = Union[PauseOrder, SpeedOrder, ResetOrder, FaultOrder, ClearFaultsOrder, TaskOrder, BeginTaskOrder,
                        EndTaskOrder]
 """An order for the simulator."""
@@ -215,6 +259,9 @@ STAMP = _whole(0, STAMPS - 1, "a whole number from 0 to %d" % (STAMPS - 1))
 SWITCH = Check("true or false", lambda value: type(value) is bool)
 NAME = _text(LONGEST_NAME, "1 to %d printable characters" % LONGEST_NAME)
 SHARE = _number(-1, 1, "a number from -1 to 1")
+METRES = _number(-10000, 10000, "a number from -10000 to 10000 (m)")
+ON_MAP = {"robot": ROBOT, "x": METRES, "y": METRES, "heading": _number(-7, 7, "a number from -7 to 7 (rad)")}
+PLACE = _text(LONGEST_PLACE, "1 to %d printable characters" % LONGEST_PLACE)
 ORDERS: Mapping[str, Tuple[Callable[..., PageOrder], Mapping[str, Check]]] = {
     "drawn": (DrawnOrder, {"stamp": STAMP}),
     "ping": (PingOrder, {"at": _number(-1e15, 1e15, "a number from -1e15 to 1e15")}),
@@ -227,6 +274,11 @@ ORDERS: Mapping[str, Tuple[Callable[..., PageOrder], Mapping[str, Check]]] = {
     "limit": (LimitOrder, {"robot": ROBOT, "linear": _number(0.01, 100, "a number from 0.01 to 100 (m/s)")}),
     "take": (TakeOrder, {"robot": ROBOT}),
     "release": (ReleaseOrder, {"robot": ROBOT}),
+    "go": (GoOrder, ON_MAP),
+    "here": (HereOrder, ON_MAP),
+    "cancel": (CancelOrder, {"robot": ROBOT}),
+    "save_place": (SavePlaceOrder, {"robot": ROBOT, "name": PLACE}),
+    "forget_place": (ForgetPlaceOrder, {"robot": ROBOT, "name": PLACE}),
     "name": (NameOrder, {"name": NAME}),
     "say": (SayOrder, {"text": _text(LONGEST_SENTENCE, "1 to %d printable characters" % LONGEST_SENTENCE)}),
     "join": (JoinOrder, {"name": NAME}),

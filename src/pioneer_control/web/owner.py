@@ -23,8 +23,8 @@ from ..errors import PioneerError
 from .backend import Everybody, PageRobot, Person, Rules
 from .exchange import (BYTES, CAME, CONFIGURE, GONE, JOIN, ORDER, PROGRAM_GONE, READ_SIZE, WHOLE, Outbox, Part,
                        Unpacker, bytes_of, packed, packed_json)
-from .orders import (HELM_ORDERS, HelmOrder, MotorsOrder, NameOrder, ReleaseOrder, SayOrder, StopOrder, TakeOrder,
-                     UnlockOrder, order_of)
+from .orders import (HELM_ORDERS, CancelOrder, ForgetPlaceOrder, GoOrder, HelmOrder, HereOrder, MotorsOrder, NameOrder,
+                     ReleaseOrder, SavePlaceOrder, SayOrder, StopOrder, TakeOrder, UnlockOrder, order_of)
 from .programs import Programs
 from .seats import HelmTold, Seats
 
@@ -39,7 +39,9 @@ PATIENCE = 2.0          # s that the end of a server may take
 SERVER_SILENT = "the server of the page did not answer for a moment: connect again"
 SAID_OF: Mapping[type, str] = {
     StopOrder: "STOP", UnlockOrder: "unlocked", TakeOrder: "the helm was taken",
-    ReleaseOrder: "the helm was given back to programs"}
+    ReleaseOrder: "the helm was given back to programs", GoOrder: "sent to a goal", CancelOrder: "called back",
+    HereOrder: "told where it is", SavePlaceOrder: "asked to name the place",
+    ForgetPlaceOrder: "asked to forget a place"}
 
 
 class Told(NamedTuple):

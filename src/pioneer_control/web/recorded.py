@@ -14,13 +14,17 @@ from ..bags.records import BagError
 from .backend import STATUS_EVERY
 from .columns import TimedFrame, columns
 from .frames import WHOLE, FrameFlags
-from .from_messages import GOAL, SHARED, TOPICS, RobotPicture, WorldPicture, diagnosed, helm_text, namespace_of
+from .from_messages import (OF_ANYBODY, TOPICS, RobotPicture, WorldPicture, diagnosed, helm_text, namespace_of,
+                            shared_name)
+from .navigation_picture import NavigationPicture
 
 GAP = 0.6
 """Time (s) without a pose after which the picture says that the link is lost."""
 MOST_MARKS = 5000
 MOST_ROBOTS = 200
 INPUTS = {"teleop/cmd_vel": "person"}
+CLOUD_EVERY = 2.0       # s between two clouds of a robot
+CELLS_A_SECOND = 10000  # of a map that is being made
 LIMIT = (0.2, 0.7)      # of a recorded helm; nobody drives a recording
 
 Message = Tuple[float, Dict[str, Any]]
@@ -50,6 +54,7 @@ class RecordedRobot:
 
     def __init__(self, number: int, namespace: str) -> None:
         self.picture = RobotPicture(number, namespace)
+        self.picture.navigation = NavigationPicture(number, cloud=CLOUD_EVERY)
         self.frames: List[TimedFrame] = []
         self.messages: List[Message] = []
         self.marks: List[Dict[str, Any]] = []
@@ -74,6 +79,7 @@ class RecordedRobot:
         self._tell("status", now, self.picture.status(now), STATUS_EVERY)
         if self.picture.helm is not None:
             self._tell("helm", now, helm_text(self.picture.number, self.picture.helm, LIMIT, INPUTS))
+        self.messages += [(now, {kind: value}) for kind, value in self.picture.navigation.changes(now)]
         for happening in self.picture.happened:
             self.marks.append({"at": round(now, 2), "robot": self.picture.number, "kind": happening.kind,
                                "text": happening.text})
@@ -116,7 +122,7 @@ class BagCollector:
         self.messages: List[Message] = []
         self.undecoded: Counter[str] = Counter()
         self.begin: Optional[float] = None
-        self._world = WorldPicture()
+        self._world = WorldPicture(CELLS_A_SECOND)
         self._known: Dict[int, Tuple[Optional[Callable[[Any, float], None]], Any]] = {}
 
     def add(self, connection: BagConnection, data: bytes, time: float) -> None:
@@ -140,10 +146,12 @@ class BagCollector:
             return self._take_diagnostics
         if (topic, kind) == ("rosout", "Log"):
             return self._take_log
-        if name in SHARED and SHARED[name].type == kind:
-            return lambda message, now: self._take_shared(name, message, now)
-        if topic.endswith(GOAL) and kind == TOPICS[GOAL].type:
-            return functools.partial(self._take_goal, topic[:-len(GOAL)].strip("/"))
+        shared = shared_name(topic, kind)
+        if shared:
+            return functools.partial(self._take_shared, shared)
+        for each in OF_ANYBODY:
+            if ("/" + topic).endswith("/" + each) and kind == TOPICS[each].type:
+                return functools.partial(self._take_of_anybody, topic[:-len(each)].strip("/"), each)
         is_known = namespace in self.robots or len(self.robots) < MOST_ROBOTS
         if name in TOPICS and TOPICS[name].type == kind and is_known:
             robot = self.robots.setdefault(namespace, RecordedRobot(len(self.robots) + 1, namespace))
@@ -157,13 +165,13 @@ class BagCollector:
 
     def _take_of(self, robot: RecordedRobot, name: str, message: Any, now: float) -> None:
         robot.take(name, message, now)
-        if name == "ground_truth":
+        if name in ("ground_truth", "navigation"):
             self._tell_shared(now)
 
-    def _take_goal(self, namespace: str, message: Any, now: float) -> None:
+    def _take_of_anybody(self, namespace: str, name: str, message: Any, now: float) -> None:
         robot = self._robot_in(namespace)
         if robot is not None:
-            robot.take(GOAL, message, now)
+            robot.take(name, message, now)
             self._tell_shared(now)
 
     def _take_shared(self, name: str, message: Any, now: float) -> None:

@@ -8,14 +8,17 @@ drive                                  the holder of the seat, or anybody if it 
 motors, gripper                        the holder of the seat, or anybody if it is free. While locked, the gripper only
                                        stops, and motors only go off (the helm sees to that)
 limit, take, release                   everybody, but not while somebody else has the seat
-stop                                   everybody, always, however old
+go                                     everybody, but not while somebody else has the seat, not while locked, and not
+                                       while programs are locked out: navigation is one
+here, save_place, forget_place         everybody, but not while somebody else has the seat
+stop, cancel                           everybody, always, however old
 unlock                                 everybody; only a teacher what a teacher has stopped
 =====================================  ================================================================================
 
 "Everybody" is everybody whose robot it is. A person has the seat of a robot from the first drive, motors or gripper
-until LEASE s after the last. A teacher takes it from a visitor. All orders but stop, drive and motors off count with
-the newest frame on the person's screen: when this is older than PICTURE s, they are refused, because nobody knows how
-long they were under way.
+until LEASE s after the last. A teacher takes it from a visitor. All orders but stop, cancel, drive and motors off count
+with the newest frame on the person's screen: when this is older than PICTURE s, they are refused, because nobody knows
+how long they were under way.
 
 A hand must go on without a gap. When a velocity ran out or was refused (a lock, a page that hung, a network that was
 dark), the same visitor must let go first, with a zero, before the next one counts: nothing moves by itself because a
@@ -28,8 +31,8 @@ from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Tup
 from ..errors import PioneerError, RefusedError
 from .backend import VELOCITY_LIVES, Controls, Person
 from .frames import stamp_age
-from .orders import (ALL, DriveOrder, GripperOrder, HelmOrder, LimitOrder, MotorsOrder, ReleaseOrder, StopOrder,
-                     TakeOrder, UnlockOrder)
+from .orders import (ALL, NAVIGATION_ORDERS, CancelOrder, DriveOrder, GoOrder, GripperOrder, HelmOrder, LimitOrder,
+                     MotorsOrder, ReleaseOrder, StopOrder, TakeOrder, UnlockOrder)
 
 LEASE = 2.0             # s after the last order that needs the seat
 FRESH = 0.4             # s: the oldest stamp with which a person may drive
@@ -182,6 +185,8 @@ class Seats:
             seat.controls.lock()
         elif isinstance(order, DriveOrder):
             self._drive(person, seat, order, now)
+        elif isinstance(order, CancelOrder):
+            seat.controls.navigate(order)
         else:
             is_safe = isinstance(order, MotorsOrder) and not order.on
             if person.drawn is not None and stamp_age(person.drawn, now) > PICTURE and not is_safe:
@@ -240,6 +245,18 @@ class Seats:
             controls.take()
         elif isinstance(order, ReleaseOrder):
             controls.release()
+        elif isinstance(order, NAVIGATION_ORDERS):
+            if isinstance(order, GoOrder):
+                self._check_free(controls)
+            controls.navigate(order)
+
+    @staticmethod
+    def _check_free(controls: Controls) -> None:
+        """Raise RefusedError if programs do not drive the robot now, whatever they are told."""
+        if controls.locks:
+            raise RefusedError("locked (%s): unlock it first" % ", ".join(controls.locks))
+        if controls.programs == "locked out":
+            raise RefusedError("a person has the helm: let programs drive first, then send it")
 
     @staticmethod
     def _sit(person: Person, seat: Seat, now: float) -> None:

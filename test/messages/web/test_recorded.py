@@ -8,11 +8,12 @@ import zlib
 import pytest
 from bag_factory import (MESSAGES, cans, cut, decision, driven, eventful, message_class, odometry, sonar, unclosed,
                          write_bag)
-from geometry_msgs.msg import PoseStamped, TransformStamped
+from geometry_msgs.msg import Pose2D, PoseArray, PoseStamped, TransformStamped
+from nav_msgs.msg import OccupancyGrid, Path
 from tf2_msgs.msg import TFMessage
 
 from pioneer_control.bags.records import BagError
-from pioneer_control.msg import Helm
+from pioneer_control.msg import Helm, Navigation, Places
 from pioneer_control.web.columns import read_columns
 from pioneer_control.web.frames import FrameFlags, GripperBits
 from pioneer_control.web.recorded import GAP, read_recording
@@ -97,6 +98,39 @@ def test_goals_are_shown_in_the_map(recorded):
                           goal("odom", 1.0, 0.0, 1001.5), goal("map", math.nan, 0.0, 1001.6)])
     assert texts(recording, "goals") == [(1.0, {"1": [4.0, 5.0]}), (1.5, {"1": [1.0, 3.0]})]
     assert [robot["robot"] for robot in recording.value["columns"]] == [1], "a goal is no robot"
+
+
+def navigated(at, name="pioneer", **fields):
+    message = Navigation(**dict(dict(state="driving", sure=True, pose=Pose2D(1.0, 2.0, 0.0)), **fields))
+    message.header.frame_id = "map"
+    return "/%s/navigation" % name, message, at
+
+
+def test_what_navigation_said_is_shown_at_its_time(recorded):
+    path, cloud = Path(poses=[goal("map", 1.0, 2.0, 0)[1]]), cans((1.0, 2.0, 0.0))
+    recording = recorded(sorted([
+        *driven(), ("/pioneer/places", Places(names=["kitchen"], poses=[Pose2D(3.0, 1.0, 0.0)]), 999.0),
+        navigated(1001.0, goal=[Pose2D(3.0, 1.0, 0.0)]), ("/pioneer/plan", path, 1001.1),
+        ("/pioneer/particlecloud", cloud, 1001.2), ("/pioneer/particlecloud", PoseArray(), 1002.0),
+        navigated(1003.0, state="reached", reason="there")], key=lambda entry: entry[2]))
+    assert [(at, told["state"], told["goal"]) for at, told in texts(recording, "navigation")] == [
+        (1.0, "driving", [3.0, 1.0, 0.0]), (3.0, "reached", None), (6.0, "silent", None)]
+    assert texts(recording, "plan")[0] == (1.1, {"robot": 1, "points": [[1.0, 2.0]]})
+    assert [(at, len(told["poses"])) for at, told in texts(recording, "cloud")] == [(1.2, 1), (3.2, 0)], "now and then"
+    assert texts(recording, "places")[0][1]["places"] == [["kitchen", 3.0, 1.0, 0.0]]
+    assert texts(recording, "goals")[-1][1] == {}
+    assert "navigation: reached: there" in dict(map(reversed, marks(recording, "event")))
+
+
+def test_topics_of_others_are_no_robots(recorded):
+    recording = recorded([*driven(), ("/move_base/NavfnROS/plan", Path(), 1001.0),
+                          ("/amcl/particlecloud", PoseArray(), 1001.0)])
+    assert [robot["name"] for robot in texts(recording, "robots")[0][1]] == ["pioneer"]
+
+
+def test_the_hidden_true_map_is_not_shown(recorded):
+    recording = recorded([*driven(), ("/pioneer/truth/map", OccupancyGrid(), 1001.0)])
+    assert len(texts(recording, "world")) == len(texts(recorded(driven()), "world"))
 
 
 def test_faults_decisions_and_events_are_marks_at_their_time(recorded):

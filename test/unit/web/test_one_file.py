@@ -37,12 +37,23 @@ def test_names_are_found():
     assert names_of('const {k} = 1, t = "a, u = 2", v = (w = 1) => 2, z = x === y;\n') == ["t", "v", "z"]
 
 
+def test_a_module_that_is_loaded_late_is_in_the_script_with_what_it_exports():
+    late = dict(MODULES, **{"main.js": 'import {a} from "./one.js";\nimport("./lonely.js").then(({j}) => j + a);\n'})
+    assert order_of(late)[-2:] == ["lonely.js", "main.js"]
+    script = join_modules(late)
+    assert "import" not in script and "Promise.resolve({j}).then(({j}) => j + a)" in script
+    assert script.index("const j = 1") < script.index("Promise")
+    with pytest.raises(UsageError, match="not there"):
+        join_modules(dict(late, **{"main.js": 'import("./gone.js");\n'}))
+
+
 @pytest.mark.parametrize("name, text, words", [
     ("two.js", 'import {x} from "./main.js";\nexport function g() {}\n', "circle"),
     ("two.js", "export function g() {}\nconst a = 2;\n", "a is a name in two.js and in one.js"),
     ("two.js", "export function g() {}\nexport default 3;\n", "export default"),
     ("two.js", 'export function g() {}\nimport * as all from "./one.js";\n', r"import \* as"),
-    ("two.js", 'export function g() { return import("./one.js"); }\n', r"import\("),
+    ("two.js", 'export function g() { return import("./one.js"); }\n', "circle"),
+    ("two.js", "export function g() { return import(name); }\n", r"import\("),
     ("two.js", "function g() {}\n", "does not export"),
     ("main.js", 'import {k} from "./gone.js";\n', "not there"),
 ])
@@ -79,10 +90,20 @@ def test_a_page_without_its_script_is_refused(tmp_path):
         one_file({}, tmp_path)
 
 
-MOST = 60000
-"""Bytes of all files of the page together, as they are, with their comments."""
+MOST, MOST_LATE = 60000, 12000
+"""Bytes of all files that the page loads at once, as they are, with their comments; and of those that it loads only
+when a robot has navigation.
+"""
+LATE = {"navigation.js"}
 
 
 def test_all_files_of_the_page_together_are_small():
     sizes = {path.name: path.stat().st_size for path in PAGE.iterdir()}
-    assert sum(sizes.values()) <= MOST, sizes
+    assert sum(size for name, size in sizes.items() if name not in LATE) <= MOST, sizes
+    assert sum(sizes[name] for name in LATE) <= MOST_LATE, sizes
+
+
+def test_what_the_page_loads_late_it_does_not_load_at_once():
+    modules = page_modules()
+    for name in LATE:
+        assert not [each for each in modules if 'from "./%s"' % name in modules[each]]

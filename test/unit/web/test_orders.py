@@ -33,6 +33,11 @@ LEGAL = [
     ('{"do": "limit", "robot": 7, "linear": 0.3}', orders.LimitOrder(7, 0.3)),
     ('{"do": "take", "robot": 7}', orders.TakeOrder(7)),
     ('{"do": "release", "robot": 7}', orders.ReleaseOrder(7)),
+    ('{"do": "go", "robot": 7, "x": 3.0, "y": -1.5, "heading": 0.1}', orders.GoOrder(7, 3.0, -1.5, 0.1)),
+    ('{"do": "here", "robot": 7, "x": 3, "y": 1.5, "heading": -3.1}', orders.HereOrder(7, 3, 1.5, -3.1)),
+    ('{"do": "cancel", "robot": 7}', orders.CancelOrder(7)),
+    ('{"do": "save_place", "robot": 7, "name": "my kitchen"}', orders.SavePlaceOrder(7, "my kitchen")),
+    ('{"do": "forget_place", "robot": 7, "name": "K"}', orders.ForgetPlaceOrder(7, "K")),
     ('{"do": "name", "name": "Ada"}', orders.NameOrder("Ada")),
     ('{"do": "name", "name": "\\u00c5sa \\u674e"}', orders.NameOrder("Åsa 李")),
     ('{"do": "say", "text": "come here"}', orders.SayOrder("come here")),
@@ -49,7 +54,14 @@ LEGAL = [
     ('{"do": "begin_task"}', orders.BeginTaskOrder()),
     ('{"do": "end_task"}', orders.EndTaskOrder()),
 ]
+ON_MAP = [*((name, value) for name in ("x", "y") for value in (10000.1, -1e308, 10 ** 400, "1", True, None, [1])),
+          *(("heading", value) for value in (7.1, -7.1, "0", None, False)), ("robot", "all"), ("robot", -1)]
 WRONG_FIELDS = {
+    "go": ON_MAP,
+    "here": ON_MAP,
+    "cancel": [("robot", "all"), ("robot", -1)],
+    "save_place": [("name", value) for value in ("", " ", "x" * 41, "a\nb", 1, None, "\u202e")] + [("robot", "all")],
+    "forget_place": [("name", value) for value in ("", "x" * 41, 1, None)] + [("robot", "all")],
     "drawn": [("stamp", value) for value in (-1, 2 ** 32, 1.0, True, "1", None, [], {})],
     "ping": [("at", value) for value in (1e16, "1", None, True)],
     "drive": [

@@ -6,7 +6,8 @@ from pioneer_control.errors import LinkLostError
 from pioneer_control.web.backend import VELOCITY_LIVES, Person
 from pioneer_control.web.frames import stamp_of
 from pioneer_control.web.orders import (
-    DriveOrder, GripperOrder, LimitOrder, MotorsOrder, ReleaseOrder, StopOrder, TakeOrder, UnlockOrder)
+    CancelOrder, DriveOrder, ForgetPlaceOrder, GoOrder, GripperOrder, HereOrder, LimitOrder, MotorsOrder, ReleaseOrder,
+    SavePlaceOrder, StopOrder, TakeOrder, UnlockOrder)
 from pioneer_control.web.seats import FRESH, LEASE, MOST_HANDS, PICTURE, SLOW, Seats
 
 
@@ -43,6 +44,9 @@ class Machine:
 
     def release(self):
         self.programs = "free"
+
+    def navigate(self, order):
+        self.told.append(order)
 
 
 class Room:
@@ -362,3 +366,50 @@ def test_the_person_to_whom_a_program_belongs():
     assert room.told().value["who"] == ""
     room.one.programs = "driving"
     assert room.told().value["who"] == "Ada"
+
+
+GO, HERE = GoOrder(1, 3.0, 1.5, 0.0), HereOrder(1, 3.0, 1.5, 0.0)
+NAVIGATES = [GO, HERE, SavePlaceOrder(1, "kitchen"), ForgetPlaceOrder(1, "kitchen")]
+
+
+@pytest.mark.parametrize("order", [*NAVIGATES, CancelOrder(1)])
+def test_navigation_is_told_and_takes_no_seat(room, order):
+    assert room.does(ADA, order) == [] and room.one.told == [order] and room.two.told == []
+    assert room.told().value["commander"] == "" and room.drives(BOB) == []
+
+
+@pytest.mark.parametrize("order", NAVIGATES)
+def test_only_who_may_drive_tells_navigation_something(room, order):
+    room.drives(ADA)
+    assert room.does(BOB, order) == ["Ada drives this robot now; you may stop it"]
+    assert order not in room.one.told
+    assert room.does(TEACHER, order) == []
+    others = Room(may=lambda person, robot: robot == 2)
+    assert others.does(ADA, order) == ["this robot is not yours"] and others.one.told == []
+
+
+@pytest.mark.parametrize("order", NAVIGATES)
+def test_navigation_is_told_nothing_by_an_old_picture(room, order):
+    reason, = room.does(ADA._replace(drawn=stamp_of(room.now - PICTURE - 0.1)), order)
+    assert "picture" in reason and room.one.told == []
+
+
+def test_nothing_is_sent_while_it_is_locked_or_a_person_has_the_helm(room):
+    room.does(ADA, StopOrder(1))
+    assert room.does(ADA, GO) == ["locked (stop): unlock it first"]
+    assert room.does(ADA, HERE) == [], "where it is may be told at any time"
+    room.does(ADA, UnlockOrder(1))
+    room.does(ADA, TakeOrder(1))
+    reason, = room.does(ADA, GO)
+    assert "let programs drive first" in reason and GoOrder not in map(type, room.one.told)
+    room.does(ADA, ReleaseOrder(1))
+    assert room.does(ADA, GO) == []
+
+
+def test_anybody_whose_robot_it_is_calls_it_back_however_old_the_picture(room):
+    room.drives(ADA)
+    room.does(ADA, StopOrder(1))
+    assert room.does(BOB._replace(drawn=stamp_of(room.now - 60.0)), CancelOrder(1)) == []
+    assert room.one.told[-1] == CancelOrder(1)
+    others = Room(may=lambda person, robot: robot == 2)
+    assert others.does(ADA, CancelOrder(1)) == ["this robot is not yours"] and others.one.told == []

@@ -1,4 +1,4 @@
-// What comes in fills the model, each picture is drawn from it, and then the hand is told on.
+// What comes in fills the model, each picture is drawn from it, then the hand is told on.
 
 import {listenHand} from "./controls.js";
 import {Deadman, Hand} from "./hand.js";
@@ -17,7 +17,7 @@ const hand = new Hand(), deadman = new Deadman(message => live.send(message)), s
 const controls = listenHand(hand, {stop: () => timeline ? timeline.toggle() : stop(), gone: () => deadman.letGo(), key: pressed});
 const mine = {};		// in a class: this student's robot
 const toStop = () => mine.robot ?? chosen?.number ?? "all";
-let live = null, recording = null, timeline = null, chosen = null, unpacking = null, dirty = true, drawn = true, turnedAt = 0, asked = 0, saidAt = 0, ageAt = 0;
+let live = null, recording = null, timeline = null, chosen = null, unpacking = null, dirty = true, drawn = true, turnedAt = 0, asked = 0, saidAt = 0, ageAt = 0, loading, navigation;
 
 // Sooner than the next turn of an endless row.
 const wake = () => asked ||= requestAnimationFrame(turn);
@@ -165,7 +165,7 @@ function pressed(key) {
 
 function raise(by) {
 	const linear = Math.max(0.05, Math.min(chosen.info.max_linear || 2, chosen.helm.limit[0] + by));
-	act("limit", {linear: Number(linear.toFixed(2))});
+	act("limit", {linear: +linear.toFixed(2)});
 }
 
 // The space bar is STOP even in a text: there, _ is written for a space, but not in the fault stop_button.
@@ -189,14 +189,14 @@ document.onclick = ({target: {id, name, value}}) => {
 	if (name) act(name, {}, value);
 	redraw();
 };
-$("tiles").onclick = event => choose(Number(event.target.closest("button").value));
+$("tiles").onclick = event => choose(+event.target.closest("button").value);
 $("grip").onclick = event => act("gripper", {command: event.target.value});
 listenStop($("stop"));
 listenStop($("stop-all"), "all");
 listenForm($("my-name"), name => live.send({do: mine.joins ? "join" : "name", name}));
 listenForm($("fault"), (words, {value}) => act("fault", {words}, value));
 $("tasks").onchange = event => act("task", {name: event.target.value}, "none");
-$("speed").onchange = event => act("speed", {speed: Number(event.target.value)}, "none");
+$("speed").onchange = event => act("speed", {speed: +event.target.value}, "none");
 listenForm($("say-text"), text => {
 	if (live.send({do: "say", text})) $("say-text").value = "";
 });
@@ -231,14 +231,16 @@ function drawAll(frame) {
 	picture.draw(model, chosen);
 	timeline?.draw();
 	showAll(model, chosen, !recording);
+	if (model.navigates) loading ||= import("./navigation.js").then(({Navigation}) => navigation = new Navigation(picture, act, say, redraw), () => loading = null);
+	if (chosen) navigation?.show(model, chosen, !recording);
 	put("stop-which", model.list.length > 1 && "robot " + toStop());
 }
 
 function showAge(now, frame) {
 	const age = !frame ? Infinity : recording ? 1000 * recording.at - frame.stamp : 1000 * frame.age + now - chosen.sent;
-	const old = age > OLD && chosen, words = frame ? (age / 1000).toFixed(2) + " s" : "";
+	const old = age > OLD && chosen, words = frame && (age / 1000).toFixed(2) + " s";
 	show("old", old);
-	put("old-words", !old ? "" : recording ? "NO DATA" : frame ? "OLD PICTURE:" : "NO PICTURE");
+	put("old-words", old && (recording ? "NO DATA" : frame ? "OLD PICTURE:" : "NO PICTURE"));
 	put("old-age", words);
 	if (!old && now - ageAt < READ) return;
 	put("age-text", words ? words + " old" : "none", old && "error");

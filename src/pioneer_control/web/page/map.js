@@ -1,5 +1,5 @@
 // Draws the view from above on two canvases: the floor, and all that moves above it.
-// Lengths are m in the map or in the frame of a robot; widths of lines are pixels.
+// Lengths are m in the map or the frame of a robot; widths of lines: pixels.
 
 import {FLAG, GRIP} from "./frames.js";
 import {place, stateOf} from "./model.js";
@@ -33,7 +33,7 @@ export class MapPicture {
 	}
 
 	draw(model, chosen) {
-		const {world, cans, goals} = model, {scale} = this.camera, floor = [world, ...Object.values(this.camera)];
+		const {world, cans} = model, {scale} = this.camera, floor = [world, ...Object.values(this.camera)];
 		if (floor.some((each, i) => each !== this.floor?.[i])) this.drawFloor(world || {bounds: [0, 0, 0, 0]});
 		this.floor = floor;
 		const robots = model.list.filter(robot => robot.frame).sort((a, b) => (a === chosen) - (b === chosen)).map(robot => {
@@ -43,9 +43,7 @@ export class MapPicture {
 		this.onCanvas(1, () => {
 			for (const can of cans) this.disc(can, Math.max(4 / scale, world?.can?.radius || 0)).fill("can").stroke("ink", 2);
 			for (const layer of ["drawCones", "drawTrail", "drawEchoes", "drawBody"]) for (const each of robots) this[layer](each);
-			for (const goal of Object.values(goals)) this.disc(goal, 9 / scale).stroke("goal", 3).disc(goal, 4 / scale).fill("goal");
 		});
-		for (const [number, goal] of Object.entries(goals)) this.plate("goal " + number, goal, 22, "goal");
 		for (const {robot, mine, pose, reach, grown} of robots) {
 			const [kind, sign] = stateOf(robot), text = robot.number + ("■!?".includes(sign) ? " " + sign : "");
 			this.plate(text, pose, reach * grown * scale + 12, kind, ...mine ? ["card", "ink"] : []);
@@ -55,7 +53,7 @@ export class MapPicture {
 
 	robotAt(pixel) {
 		const [x, y] = this.camera.toWorld(pixel), far = ({pose}) => Math.hypot(pose[0] - x, pose[1] - y);
-		return this.robots.filter(each => far(each) < Math.max(26 / this.camera.scale, 0.3)).sort((one, other) => far(one) - far(other))[0]?.robot.number;
+		return this.robots.filter(each => far(each) < Math.max(26 / this.camera.scale, 0.3)).sort((a, b) => far(a) - far(b))[0]?.robot.number;
 	}
 
 	onCanvas(number, draw) {
@@ -110,7 +108,7 @@ export class MapPicture {
 		return this;
 	}
 
-	// A text on a ground of its own, so many pixels above a place: it can be read above anything.
+	// A text on its own ground, so many pixels above a place: it can be read above anything.
 	plate(text, place, above, edge, ink = "ink", ground = "card") {
 		const {ctx, colour} = this, [x, low] = this.camera.toScreen(place), y = low - above, half = Math.max(0.1, ctx.measureText(text).width / 2 - 3);
 		this.path([x - half, y], [x + half, y]);
@@ -135,7 +133,7 @@ export class MapPicture {
 			for (const [ax, ay, bx, by] of walls) this.path([ax, ay], [bx, by]).stroke("wall", thick);
 			this.path([from, low], [from + bar, low]).stroke("ink", 3);
 		});
-		this.plate(Number(bar.toFixed(2)) + " m", [from + bar / 2, low], 15, "card");
+		this.plate(+bar.toFixed(2) + " m", [from + bar / 2, low], 15, "card");
 		for (const {name, centre, diameter, size = [diameter]} of places) if (size[0] * scale > 20) this.plate(name, centre, size.at(-1) * scale / 2 + 12, "goal");
 	}
 
@@ -146,7 +144,7 @@ export class MapPicture {
 			const ctx = this.cells.getContext("2d");
 			[...atob(cells)].forEach((cell, i) => {
 				ctx.fillStyle = this.colour[["card", "wall", "page"][cell.charCodeAt()]];
-				ctx.fillRect(i % width, Math.floor(i / width), 1, 1);
+				ctx.fillRect(i % width, i / width | 0, 1, 1);
 			});
 		}
 		this.ctx.imageSmoothingEnabled = false;

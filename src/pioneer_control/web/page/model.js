@@ -5,7 +5,7 @@ import {FLAG} from "./frames.js";
 const STEP = 0.03;		// m between two points of a trail
 const JUMP = 1;			// m: it was carried
 const MOST = 6000;		// points of a trail
-const UNTOLD = {status: {link: "ok", faults: []}, helm: {locks: [], limit: [0.2, 0.6]}, program: {}};	// until the server tells
+const UNTOLD = {status: {link: "ok", faults: []}, helm: {locks: [], limit: [0.2, 0.6]}, program: {}, navigation: {}, plan: {}, cloud: {}, places: {}};	// until the server tells
 const NOTHING = {world: null, origins: {}, cans: [], goals: {}, task: null, log: []};
 
 // A point in the frame of a pose (x, y, heading), in the frame that the pose is in.
@@ -54,8 +54,9 @@ export class Model {
 
 	take(kind, value) {
 		const robot = this.robot(value?.robot);
+		this.navigates ||= /goals|nav|cloud/.test(kind);
 		if (kind === "robots") this.list = value.map(info => Object.assign(this.robot(info.robot) || new Robot(info.robot), {info}))
-			.sort((one, other) => one.number - other.number);
+			.sort((a, b) => a.number - b.number);
 		else if (kind === "said") this.log = [...this.log.slice(-7), value];
 		else if (kind in UNTOLD && robot) robot[kind] = {...UNTOLD[kind], ...value};
 		else if (kind === "trail" && robot) robot.trail = value.points;

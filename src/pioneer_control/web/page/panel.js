@@ -22,14 +22,14 @@ export function show(id, shown) {
 	$(id).hidden = !shown;
 }
 
-function make(parent, tag, more) {
+export function make(parent, tag, more) {
 	const element = Object.assign(document.createElement(tag), more);
 	parent.append(element);
 	return element;
 }
 
 export function clockText(at) {
-	return `${Math.floor(at / 60)}:${(at % 60).toFixed(1).padStart(4, "0")}`;
+	return `${at / 60 | 0}:${(at % 60).toFixed(1).padStart(4, "0")}`;
 }
 
 export function items(list, values, fill) {
@@ -107,7 +107,7 @@ function showRobot(robot, live, mine) {
 	const {number, info, frame, helm: {commander, you, teacher, locks, programs, limit}, program: {path, key}, status} = robot, {decision, faults, link, lost} = status, locked = locks.length > 0;
 	const [kind, sign] = stateOf(robot), motors = robot.is(FLAG.motors), other = commander === "person" && !you, student = $("teacher").hidden;
 	const denied = student && teacher, theirs = !mine || other && student, [words, note] = driver(robot, motors, other, denied);
-	const texts = {number: String(number), name: robot.own ? "Your robot" : info.name, model: info.model + (info.simulated ? " · simulated" : ""),
+	const texts = {number: "" + number, name: robot.own ? "Your robot" : info.name, model: info.model + (info.simulated ? " · simulated" : ""),
 		"driver-text": `${sign} ${words}`, "driver-note": !live ? "" : theirs ? "Not yours: look only." : note,
 		doing: decision?.doing, why: decision?.why && "because " + decision.why, "limit-text": limit[0].toFixed(2) + " m/s",
 		unlock: mine && locked && !denied && "Unlock", take: mine && !locked && !you && /driv|free/.test(programs) && "Drive by hand",
@@ -130,7 +130,7 @@ function showList(list, chosen, students) {
 	$("unlock-all").disabled = !list.some(robot => robot.locked);
 	items(tiles, list.map(robot => robot.number), (item, value) => make(item, "button", {value}));
 	list.forEach((robot, i) => {
-		const button = tiles.children[i].firstChild, [kind, sign, word] = stateOf(robot), pressed = String(robot === chosen);
+		const button = tiles.children[i].firstChild, [kind, sign, word] = stateOf(robot), pressed = "" + (robot === chosen);
 		const {status: {battery}, helm: {who}} = robot, volts = battery && batteryText(battery)[0];
 		put(button, `${robot.number} ${sign} ${word}\n${[students?.get(robot.number) || who, volts].filter(Boolean).join(" · ")}`, kind);
 		if (button.getAttribute("aria-pressed") === pressed) return;

@@ -10,7 +10,7 @@ export class TimeLine {
 	constructor(recording, changed) {
 		Object.assign(this, {recording, changed, playing: false});
 		$("line").max = Math.ceil(recording.duration);
-		$("line").oninput = () => this.seek(Number($("line").value));
+		$("line").oninput = () => this.seek(+$("line").value);
 	}
 
 	toggle() {
