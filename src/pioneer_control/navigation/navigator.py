@@ -124,7 +124,6 @@ class Navigator:
         self._ended = Decision(STOP, State.IDLE, "no goal")
         self._last: Optional[Sensing] = None
         self._velocity = STOP
-        self._told = STOP               # the last velocity other than standing still
         self._place: Optional[Pose] = None
         self._stalled = -math.inf       # s, when a wheel last stalled
 
@@ -239,7 +238,7 @@ class Navigator:
     def _feel_stall(self, now: float) -> None:
         """Remember what stalled the wheels: something that sonar does not hear, where the robot was going."""
         if self._last is not None and now - self._stalled > self._numbers.navigator.rest:
-            way = self._told.linear or self._velocity.linear or 1.0
+            way = (self._task.told.linear if self._task else 0.0) or self._velocity.linear or 1.0
             points = [(x, y) for x, y in _rim(self._chassis.outline) if x * way > 0.0 and abs(x) > 0.1]
             x, y = (np.array(each) for each in zip(*points))
             scale = 1.0 + 0.03 / np.hypot(x, y)
@@ -317,7 +316,6 @@ class Navigator:
         task.told = choice.twist
         if not choice.blocked:
             task.waits_since = None
-            self._told = choice.twist if choice.twist.linear else self._told
             return Decision(choice.twist, State.DRIVING, choice.reason)
         if task.blocked_since is None:
             task.blocked_since, task.blocked_at = now, pose

@@ -83,9 +83,13 @@ class Obstacles:
         return self._places
 
     def add(self, places_x: Array, places_y: Array, time: float) -> None:
-        """Remember places (m, frame of odometry) of which the robot knows by something else than an echo."""
+        """Remember places (m, frame of odometry) of which the robot knows by something else than an echo.
+
+        Sonar does not hear what is there, so echoes from behind it do not forget it.
+        """
         self._put(places_x, places_y, time, np.zeros(len(places_x), dtype=bool),
-                  np.full(len(places_x), time + self._tuned.kept))
+                  np.full(len(places_x), time + self._tuned.felt))
+        self._passed[len(self._passed) - len(places_x):] = _NEVER
 
     def hear(self, sensing: Sensing, where: Optional[Pose]) -> None:
         """Take in the firings of one packet.

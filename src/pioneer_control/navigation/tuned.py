@@ -120,6 +120,7 @@ class ObstacleNumbers:
     explained: float = parameter(0.15, Number(0, 1), "an echo this near to a wall of the map comes from it", "m")
     explained_share: float = parameter(0.03, Number(0, 1), "what is added to that distance for each metre of range")
     kept: float = parameter(25.0, Number(1, 600), "time after which what is on no map is forgotten", "s")
+    felt: float = parameter(60.0, Number(1, 600), "time for which a place is kept where the wheels stalled", "s")
     kept_aside: float = parameter(5.0, Number(0, 600), "the same for the sides of an arc, where it rather is not", "s")
     kept_known: float = parameter(3.0, Number(0, 600), "time after which a wall's echo is forgotten", "s")
     young: float = parameter(1.5, Number(0, 60), "an echo younger than this may be of somebody who walks", "s")
