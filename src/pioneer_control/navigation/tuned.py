@@ -94,7 +94,8 @@ class LocalisationNumbers:
     usual_explained: float = parameter(
         0.8, Number(0.0, 1.0), "the usual share of echoes that the true pose explains, before it is learnt")
     blind_way: float = parameter(2.0, Number(0.1, 100.0), "unsure after such a way without an explained echo", "m")
-    explained_readings: int = parameter(60, Whole(5, 1000), "echoes over which the explained share is a mean; so many are long")
+    explained_readings: int = parameter(
+        60, Whole(5, 1000), "echoes over which the explained share is a mean; so many are long")
 
 
 @dataclass(frozen=True)
