@@ -17,6 +17,7 @@ from pioneer_control.client.threads import BACK_OFF
 from pioneer_control.client.tuning import ROWS
 from pioneer_control.driver import notices
 from pioneer_control.driver.parameters import TUNING, DriverParameters, check_parameters
+from pioneer_control.navigation.node.parameters import NavigationParameters, PlaceOrNothing
 from pioneer_control.p2os import knows
 from pioneer_control.parameters import AutoSwitch, Choice, Number, Numbers, Rate, Switch, Text, Whole
 from pioneer_control.robots import load_table
@@ -30,7 +31,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *DOCS.glob("*.md")])
 TYPES = {Number: "number", Rate: "number", Whole: "integer", Numbers: "list", Switch: "bool", AutoSwitch: "bool, text",
-         Text: "text"}
+         Text: "text", PlaceOrNothing: "list, text"}
 
 
 def read(path: pathlib.Path) -> str:
@@ -51,7 +52,9 @@ def parameter_row(entry: dataclasses.Field) -> List[str]:
     change.
     """
     kind, unit, meaning, live = (entry.metadata[key] for key in ("kind", "unit", "meaning", "live"))
-    default = "auto" if entry.default is None else entry.default
+    default = entry.default
+    if default is None:
+        default = "" if isinstance(kind, PlaceOrNothing) else "auto"
     if isinstance(default, tuple):
         default = list(default)
     if isinstance(kind, Choice):
@@ -67,6 +70,12 @@ def test_every_parameter_has_its_row():
     """When this fails, the message has the rows that docs/driver.md needs."""
     wanted = [parameter_row(entry) for entry in dataclasses.fields(DriverParameters)]
     assert rows(read(DOCS / "driver.md"), "Parameters") == wanted
+
+
+def test_every_parameter_of_navigation_has_its_row():
+    """When this fails, the message has the rows that docs/navigation.md needs."""
+    wanted = [parameter_row(entry)[:-1] for entry in dataclasses.fields(NavigationParameters)]
+    assert rows(read(DOCS / "navigation.md"), "Parameters") == wanted
 
 
 def test_defaults_can_be_written_as_they_are_read():

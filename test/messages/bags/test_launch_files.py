@@ -132,4 +132,7 @@ def test_rviz_shows_the_topics_of_the_robot_in_whose_namespace_it_is():
     config = yaml.safe_load((ROOT / "config" / "pioneer.rviz").read_text())
     displays = config["Visualization Manager"]["Displays"]
     topics = {display[key] for display in displays for key in ("Topic", "Marker Topic") if key in display}
-    assert topics == {"map", "world_markers", "pose", "ground_truth", "cans", "markers", "sonar_ranges", "sonar_points"}
+    assert topics == {"map", "world_markers", "pose", "ground_truth", "cans", "markers", "sonar_ranges", "sonar_points",
+                      "particlecloud", "plan", "footprint"}
+    tools = {tool["Topic"] for tool in config["Visualization Manager"]["Tools"] if "Topic" in tool}
+    assert tools == {"initialpose", "move_base_simple/goal"}
