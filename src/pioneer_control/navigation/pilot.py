@@ -2,6 +2,7 @@
 goals, and explores. The node and the benches use it alike.
 """
 
+import math
 from typing import Any, List, NamedTuple, Optional, Union
 
 import numpy as np
@@ -27,6 +28,8 @@ LISTENS = 2.0
 """Time (s) in which the robot listens before it explores."""
 MOST_REFUSALS = 20
 """How many goals of the explorer the navigator may refuse, one after the other."""
+SAME_PLACE = 0.3
+"""Distance (m) within which two goals of the explorer are the same: there is nothing more to learn."""
 WORKS = State.DRIVING, State.WAITING
 """The states with a goal."""
 
@@ -256,25 +259,34 @@ class Pilot:
         """Choose where to go next, after the way to the goal before has ended."""
         if where.time < self._explore_from:
             return Decision(STAND, State.WAITING, "listening before it explores")
-        if self._goal is not None:
-            explorer.give_up(self._goal)        # reached or not: there is nothing more to learn there
-            if explorer.homeward:
-                self._explorer = self._goal = None
-                home = ended.state is State.REACHED
-                return ended._replace(reason="explored, home again" if home else "explored, not home: " + ended.reason)
+        before, self._goal = self._goal, None
+        if before is not None and explorer.homeward:
+            self._explorer = None
+            home = ended.state is State.REACHED
+            return ended._replace(reason="explored, home again" if home else "explored, not home: " + ended.reason)
+        if before is not None and ended.state is State.FAILED:
+            explorer.give_up(before)
+        refusal = ""
         for _ in range(MOST_REFUSALS):
             following = explorer.next(self.grid, where.pose)
             assert following.pose is not None
-            refusal = self._send(following.pose)
+            if before is not None and not following.with_heading and _same_place(before, following.pose):
+                refusal = "nothing more to learn there"
+            else:
+                refusal = self._send(following.pose, following.with_heading)
             if not refusal:
                 return Decision(STAND, State.DRIVING, "exploring: %s" % following.reason)
-            explorer.give_up(following.pose)
             if explorer.homeward:
                 break
-        self._explorer = self._goal = None
+            explorer.give_up(following.pose)
+        self._explorer = None
         return Decision(STAND, State.FAILED, "explored, not home: %s" % refusal)
 
-    def _send(self, goal: Pose) -> str:
-        refusal = self._navigator.go_to(goal.x, goal.y, goal.heading, self.step.time)
+    def _send(self, goal: Pose, with_heading: bool = True) -> str:
+        refusal = self._navigator.go_to(goal.x, goal.y, goal.heading if with_heading else None, self.step.time)
         self._goal = None if refusal else goal
         return refusal
+
+
+def _same_place(first: Pose, second: Pose) -> bool:
+    return math.hypot(first.x - second.x, first.y - second.y) < SAME_PLACE
