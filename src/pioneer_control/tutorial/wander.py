@@ -11,7 +11,7 @@ longer, the robot turns back. We have added these rules, so that the robot is sa
 - It remembers near echoes for a while (`echoes`), because there are gaps between the sonar cones.
 - It drives back only when sonars look behind it and see free space.
 - When its wheels stall, it stops until they have been free for a while. Then it backs off and goes another way, because
-  the obstacle is where no sonar sees it.
+  the obstacle is where no sonar sees it. When they stall in a turn, it does not turn into the obstacle again.
 - It leaves an object that it has put down in the same way: it backs off and goes another way.
 
 This file does not use ROS, threads or clocks. Random choices come from the seed in the memory.
@@ -59,6 +59,11 @@ BACK_CLEAR = 0.20  #: m, free space behind that is needed to start backing off; 
 FREE_FOR = 1.0  #: s; after a stall the wheels must be free for this time before the robot moves again
 AVOIDED = 1.2  #: rad; it does not drive in directions that differ from the avoided heading by less than this
 
+TOUCH_REMEMBERED = 300.0  #: s, the time after which a touch is forgotten
+TOUCH_NEAR = 0.3  #: m; a touch is forgotten when the robot is farther than this from where it stood
+TOUCH_MARGIN = 0.1  #: rad; it ends a turn this much before the heading at which its body touched
+TOUCH_PASSED = 0.6  #: rad; it does not turn on when it is past that heading by up to this much
+
 CIRCLE_MARGIN = 0.05  #: m, free space around the turning circle that a way needs when the robot must be able to turn
 STEADY = 0.15  #: rad/s; the robot counts as turning when it turns faster
 ROLLING = 0.03  #: m/s; the robot counts as rolling (not at rest yet) when it moves faster
@@ -103,6 +108,14 @@ Going = Enum("Going", {
 """The states of the wander. The value is a text for people."""
 
 
+class Touch(NamedTuple):
+    """A turn on the spot that stalled the wheels: the body touched something beside it that no sonar sees."""
+
+    pose: Pose  #: by odometry, when the wheels stalled
+    side: int  #: side of the turn: 1 left, -1 right
+    time: float  #: s, when the wheels stalled
+
+
 class Way(NamedTuple):
     """A direction that the robot saw during a turn: its free distance [m] and its heading [rad, odom frame]."""
 
@@ -136,6 +149,7 @@ class Memory:
     pose: Optional[Pose] = None  #: the pose in the last snapshot
     time: float = 0.0  #: s, the time of the last snapshot
     echoes: Tuple[Echo, ...] = ()  #: the remembered echoes
+    touches: Tuple[Touch, ...] = ()  #: the remembered touches
 
 
 class View(NamedTuple):
@@ -150,6 +164,7 @@ class View(NamedTuple):
     circle: float  #: m, how far the robot can move straight ahead and still turn on the spot there
     way: float  #: m, how far it can move with the room that `Memory.room` demands
     rolling: bool  #: whether it still moves (see ROLLING)
+    touches: Tuple[Touch, ...]  #: where turns ended at something that no sonar sees
 
 
 def wander(snapshot: Snapshot, memory: Memory) -> Tuple[Move, Memory]:
@@ -199,13 +214,20 @@ def _look(snapshot: Snapshot, memory: Memory) -> Tuple[View, Memory]:
     turned = abs(_difference(pose.heading, before.heading))
     echoes, points = remember(memory.echoes, snapshot, turned > STEADY * passed)
     farthest = max(robot.front, key=lambda each: ranges[each.number] + TIE * (each.number in robot.middle))
+    touches = tuple(each for each in memory.touches if _is_remembered(each, snapshot))
     ahead = outline.straight(points, (NARROW if memory.room is Room.TO_SQUEEZE else WIDE).side, FARTHEST)
     circle = outline.circle_straight(points, CIRCLE_MARGIN, FARTHEST)
     view = View(
         snapshot, points, farthest, sees=ranges[farthest.number], middle=max(ranges[number] for number in robot.middle),
         ahead=ahead, circle=circle, way=min(ahead, circle) if memory.room is Room.TO_TURN_ROUND else ahead,
-        rolling=math.hypot(pose.x - before.x, pose.y - before.y) > ROLLING * passed)
-    return view, replace(memory, pose=pose, time=snapshot.time, echoes=echoes, turned=memory.turned + turned)
+        rolling=_distance(pose, before) > ROLLING * passed, touches=touches)
+    return view, replace(
+        memory, pose=pose, time=snapshot.time, echoes=echoes, touches=touches, turned=memory.turned + turned)
+
+
+def _is_remembered(touch: Touch, snapshot: Snapshot) -> bool:
+    """Return whether a touch is neither too long ago nor too far away."""
+    return snapshot.time - touch.time < TOUCH_REMEMBERED and _distance(touch.pose, snapshot.pose) < TOUCH_NEAR
 
 
 def _open(view: View, memory: Memory) -> bool:
@@ -353,15 +375,19 @@ def _back_off(view: View, memory: Memory) -> Tuple[Move, Memory]:
 def _stand_while_held(view: View, memory: Memory) -> Tuple[Move, Memory]:
     """Wait until stalled wheels have been free for FREE_FOR seconds, then back off. Return move and new memory.
 
-    The robot then avoids this direction, because no sonar sees the obstacle that held its wheels.
+    The robot then avoids this direction, because no sonar sees the obstacle that held its wheels. When it was turning,
+    the obstacle is beside it: it may drive in this direction, but does not turn farther.
     """
     now = view.snapshot.time
+    if memory.going is Going.TURNING:
+        memory = replace(memory, touches=memory.touches + (Touch(view.snapshot.pose, memory.side, now),))
+    elif memory.going is not Going.HELD:
+        memory = replace(memory, avoided=view.snapshot.pose.heading)
     if view.snapshot.stalled or memory.going is not Going.HELD:
         memory = replace(
             memory, going=Going.HELD, since=now, backed=memory.backed or memory.going is Going.BACKING)
     if now - memory.since < FREE_FOR:
         return Move(0.0, 0.0, "stopped: the wheels stall, something holds the robot"), memory
-    memory = replace(memory, avoided=view.snapshot.pose.heading)
     if _can_back_off(view, memory):
         return _begin_to_back_off(view, memory)
     return Move(0.0, 0.0, "halting: to look for another way"), replace(memory, going=Going.LOOKING)
@@ -385,7 +411,22 @@ def _is_avoided(view: View, memory: Memory) -> bool:
 def _can_turn(view: View, margin: Margin, side: int) -> bool:
     """Return whether the robot can turn to a side (1 left, -1 right) with a margin, and still stop in time."""
     needed = margin.rate * DELAY + margin.rate ** 2 / (2 * ANGULAR_DECELERATION)
+    if any(touch.side == side and _would_touch(view.snapshot, touch, needed) for touch in view.touches):
+        return False
     return view.snapshot.robot.outline.turn(view.points, side, margin.turn, needed) >= needed
+
+
+def _would_touch(snapshot: Snapshot, touch: Touch, turn: float) -> bool:
+    """Return whether a turn of `turn` [rad] to the side of a touch may touch the same thing again."""
+    left = touch.side * _difference(touch.pose.heading, snapshot.pose.heading)
+    # The farthest corner meets the thing earlier by this angle when the robot stands as far as this from the old place.
+    earlier = _distance(touch.pose, snapshot.pose) / snapshot.robot.outline.reach
+    return -TOUCH_PASSED < left < turn + TOUCH_MARGIN + earlier
+
+
+def _distance(pose: Pose, other: Pose) -> float:
+    """Return the distance between the positions of two poses [m]."""
+    return math.hypot(pose.x - other.x, pose.y - other.y)
 
 
 def _braking(speed: float) -> float:

@@ -5,9 +5,11 @@ from dataclasses import replace
 
 import pytest
 
+from pioneer_control.floor_poses import Pose
 from pioneer_control.tutorial.echoes import REMEMBERED, Echo
 from pioneer_control.tutorial.wander import (
-    AVOIDED, OPEN, SHORT, STALE, TIE, TURN_RATE, Going, Memory, Room, Way, can_leave, wander)
+    AVOIDED, OPEN, SHORT, STALE, TIE, TOUCH_NEAR, TOUCH_REMEMBERED, TURN_RATE, Going, Memory, Room, Touch, Way,
+    can_leave, wander)
 from robots_and_snapshots import beside, shape, snapshot
 
 FULL = shape("p3dx-sh", gripper=True)
@@ -319,6 +321,27 @@ def test_held_while_it_turns_it_stops_too():
     turning = Memory(going=Going.TURNING, side=1)
     assert decide(NEAR_AHEAD, turning)[0].angular > 0
     assert decide(NEAR_AHEAD, turning, stalled=True)[0] == (0.0, 0.0, HELD_REASON)
+
+
+def test_a_turn_that_stalls_is_remembered_and_leaves_the_way_ahead_free():
+    _, memory = decide(NEAR_AHEAD, Memory(going=Going.TURNING, side=-1), stalled=True, pose=(1.0, 2.0, 3.0))
+    assert memory.touches == (Touch(Pose(1.0, 2.0, 3.0), -1, 100.0),) and memory.avoided is None
+    assert decide(NEAR_AHEAD, memory, stalled=True, time=100.1, pose=(1.0, 2.0, 3.0))[1].touches == memory.touches
+
+
+@pytest.mark.parametrize("touch, turn", [
+    (Touch(Pose(0.0, 0.0, 0.2), 1, 99.0), -1),
+    (Touch(Pose(0.0, 0.0, -0.2), 1, 99.0), -1),
+    (Touch(Pose(0.0, 0.0, 1.0), 1, 99.0), 1),
+    (Touch(Pose(0.1, 0.0, 0.7), 1, 99.0), -1),
+    (Touch(Pose(0.0, 0.0, -0.2), -1, 99.0), 1),
+    (Touch(Pose(TOUCH_NEAR + 0.01, 0.0, 0.2), 1, 99.0), 1),
+    (Touch(Pose(0.0, 0.0, 0.2), 1, 99.0 - TOUCH_REMEMBERED), 1)])
+def test_it_does_not_turn_into_what_it_touched(touch, turn):
+    """It keeps to its side unless it would touch again: near the same place, before or just past the same heading."""
+    side = touch.side
+    move, _ = decide(NEAR_AHEAD, Memory(going=Going.TURNING, side=side, touches=(touch,)), SMALL, everything_else=1.5)
+    assert move.angular == pytest.approx(turn * TURN_RATE)
 
 
 def test_nothing_leads_back_to_what_held_it():
