@@ -102,8 +102,9 @@ def draw_solids(axes: Any, world: World) -> None:
 
     unmapped = np.array([wall for each in world.unmapped for wall in each.walls])
     for walls, colour in ((world.walls, WALL), (unmapped, UNMAPPED)):
-        axes.add_collection(LineCollection(walls.reshape(-1, 2, 2), colors=colour, linewidths=1.6, capstyle="round",
-                                           zorder=3))
+        if len(walls):
+            axes.add_collection(LineCollection(walls.reshape(-1, 2, 2), colors=colour, linewidths=1.6,
+                                               capstyle="round", zorder=3))
     posts = [(post, WALL) for post in world.posts.tolist()]
     for (x, y, radius), colour in posts + [(post, UNMAPPED) for each in world.unmapped for post in each.posts]:
         axes.add_patch(Circle((x, y), radius, facecolor=colour, edgecolor=colour, linewidth=1.2, zorder=3))

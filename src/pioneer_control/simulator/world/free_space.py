@@ -48,7 +48,7 @@ def gap_open(world: World, x: float, y: float, width: float = 1.0, reach: float 
         body: half the width of the robot; as it stands, of the narrowest there is.
     """
     column_x, row_y, distance = _grid(world)
-    from_spot = np.sqrt((column_x - x) ** 2 + (row_y[:, None] - y) ** 2)
+    from_spot = np.sqrt(np.square(column_x - x) + np.square(row_y[:, None] - y))
     reached = flood(from_spot < body + width / 2.0, distance > width / 2.0)
     return bool((reached & (from_spot >= reach)).any())
 

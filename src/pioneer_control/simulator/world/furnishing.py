@@ -3,14 +3,13 @@
 Lengths are in metres, coordinates in the map frame.
 """
 
-import math
 from typing import List, Sequence, Tuple
 
 import numpy as np
 
 from .geometry import Array, is_inside
 from .grids import flood
-from .poses import Point, box_corners, placed
+from .poses import Point, box_corners, hypot, placed
 from .world import Furniture, World
 
 PASSAGE = 0.3
@@ -100,7 +99,7 @@ class Furnishing:
         for outline in outlines:
             xs, ys = zip(*outline)
             x, y = (min(xs) + max(xs)) / 2.0, (min(ys) + max(ys)) / 2.0
-            radius = math.sqrt((max(xs) - min(xs)) ** 2 + (max(ys) - min(ys)) ** 2) / 2.0
+            radius = hypot(max(xs) - min(xs), max(ys) - min(ys)) / 2.0
             if self._world.touches(outline) or any(
                     other.solids.overlap(outline, x, y, radius)
                     or other.corners and is_inside(*outline[0], other.corners) for other in self.obstacles):
