@@ -18,7 +18,7 @@ SETUPS = sorted(bench.SETUPS)
 @pytest.mark.parametrize("seed", range(200, 210))
 def test_it_touches_nothing_and_gets_somewhere(seed):
     """Row 22: the robots take turns; the worlds are the first ten of the bench."""
-    run = bench.drive(SETUPS[seed % len(SETUPS)], "ours", seed, MINUTES)
+    run = bench.drive(SETUPS[seed % len(SETUPS)], "ours", seed, bench.Circumstances(MINUTES))
     assert run.contacts == 0, run.first_contact
     assert run.distance > bench.ENOUGH * MINUTES
     assert run.stuck_minutes == 0
@@ -27,7 +27,7 @@ def test_it_touches_nothing_and_gets_somewhere(seed):
 def test_the_original_rule_does_collide():
     """The original rule must collide in these worlds. Otherwise, counting no contact of our rule would prove nothing.
     """
-    runs = [bench.drive("p3dx-sh, gripper", "original", seed, MINUTES) for seed in range(200, 205)]
+    runs = [bench.drive("p3dx-sh, gripper", "original", seed, bench.Circumstances(MINUTES)) for seed in range(200, 205)]
     assert sum(run.contacts for run in runs) > 0
 
 
@@ -44,4 +44,5 @@ def test_a_robot_that_stands_is_seen_to_be_stuck():
 
 
 def test_the_same_seed_gives_the_same_run():
-    assert bench.drive("amigo-sh", "ours", 3, 0.5) == bench.drive("amigo-sh", "ours", 3, 0.5)
+    given = bench.Circumstances(0.5)
+    assert bench.drive("amigo-sh", "ours", 3, given) == bench.drive("amigo-sh", "ours", 3, given)
