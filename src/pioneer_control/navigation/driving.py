@@ -27,12 +27,16 @@ _STEP = 0.1     # s
 
 
 class Around(NamedTuple):
-    """What is around the robot: x and y (m, robot's frame) of what stands, and of what may walk."""
+    """What is around the robot: x and y (m, robot's frame) of what stands, and of what may walk.
+
+    `may_turn`: it may turn on the spot. Not when somebody may be beside it where no transducer looks.
+    """
 
     standing_x: Array
     standing_y: Array
     walking_x: Array
     walking_y: Array
+    may_turn: bool = True
 
 
 class SteeringChoice(NamedTuple):
@@ -78,7 +82,7 @@ class Steering:
         twist = Twist(float(self._linear[best]), float(self._angular[best]))
         if twist == STOP:
             return SteeringChoice(STOP, "the way is blocked", True)
-        return SteeringChoice(twist, "driving")
+        return SteeringChoice(twist, "on the way")
 
     def finish(self, pose: Pose, velocity: Twist, around: Around, live: Iterable[int], goal: Pose,
                turn_only: bool) -> SteeringChoice:
@@ -92,6 +96,7 @@ class Steering:
         tuned = self._tuned
         along, aside = (float(each) for each in into(pose, np.array(goal.x), np.array(goal.y)))
         distance = math.hypot(along, aside)
+        doing = "at the goal, turning to its heading" if turn_only else "finishing, straight to the goal"
         if turn_only:
             wanted = self._turn_by(wrapped(goal.heading - pose.heading))
         else:
@@ -105,7 +110,7 @@ class Steering:
                 speed *= max(0.2, math.cos(2.0 * off))
                 bend = 2.0 * math.sin(off) / max(distance, 0.1)
                 wanted = Twist(-speed if back else speed, float(np.clip(speed * bend, -1.0, 1.0)))
-        return self._held_back(wanted, velocity, around, live)
+        return self._held_back(wanted, velocity, around, live, doing)
 
     def _turn_by(self, angle: float) -> Twist:
         tuned = self._tuned
@@ -113,7 +118,8 @@ class Steering:
                    max(0.06, 2.0 * abs(angle)))
         return Twist(0.0, math.copysign(rate, angle))
 
-    def _held_back(self, wanted: Twist, velocity: Twist, around: Around, live: Iterable[int]) -> SteeringChoice:
+    def _held_back(self, wanted: Twist, velocity: Twist, around: Around, live: Iterable[int],
+                   doing: str) -> SteeringChoice:
         """Return the allowed candidate that is most like a wanted velocity, or a stop."""
         allowed = self._allowed(velocity, around, live)
         unlike = np.abs(self._linear - wanted.linear) * 3.0 + np.abs(self._angular - wanted.angular)
@@ -126,8 +132,8 @@ class Steering:
             return SteeringChoice(STOP, "something is in the way at the goal", True)
         # As wanted where the candidate is at least as fast, so that the last centimetres are driven smoothly.
         if abs(self._linear[best]) >= abs(wanted.linear) - 0.05 and abs(self._angular[best] - wanted.angular) < 0.3:
-            return SteeringChoice(wanted, "finishing")
-        return SteeringChoice(Twist(float(self._linear[best]), float(self._angular[best])), "finishing")
+            return SteeringChoice(wanted, doing)
+        return SteeringChoice(Twist(float(self._linear[best]), float(self._angular[best])), doing)
 
     def _candidates(self) -> Tuple[Array, Array, Array]:
         """Return the move, the speed and the turn rate of each candidate. The last one stands (move -1)."""
@@ -158,7 +164,7 @@ class Steering:
         needed = speed * tuned.reaction + speed ** 2 / (2.0 * braking) + tuned.spare
         coming = np.where(turn, 0.0, tuned.walking * (tuned.reaction + speed / braking))
         allowed = ((standing[self._number] > needed) & (walking[self._number] > needed + coming)
-                   & self.moves.covered(live)[self._number])
+                   & self.moves.covered(live)[self._number] & (around.may_turn | ~turn))
         if squeeze:
             allowed &= (np.abs(self._linear) <= 0.1) & (np.abs(self._angular) <= 0.5)
         allowed[-1] = True

@@ -6,22 +6,25 @@ answer is a velocity. The robot stands whenever one of these is not well, and dr
 
 import enum
 import math
+import re
 from typing import Any, List, NamedTuple, Optional, Protocol, Tuple
 
 import numpy as np
 
 from ..floor_poses import Pose, wrapped
 from ..maps.grid_map import GridMap
-from .chassis import Chassis
+from .chassis import Chassis, distance_outside
 from .driving import STOP, Around, SteeringChoice, Steering
 from .frames import into, out_of
-from .obstacles import Obstacles, cells_near, edge_cells
-from .planning import DrivableFloor, Point, RoutePlan
+from .obstacles import Obstacles, Places, cells_near, edge_cells
+from .planning import DrivableFloor, Point, RoutePlan, length_of
 from .tuned import NavigationNumbers
 from .values import Sensing, Twist
 
 Array = Any     # of numpy
 _NEAR = 1.8     # m: farther faces of walls cannot end a move
+_GIVING_WAY = "giving way: something that is on no map is near, and may walk"
+_GOING_ROUND = "going round what is on no map"
 
 
 class Whereabouts(Protocol):
@@ -74,6 +77,11 @@ class Decision(NamedTuple):
     reason: str
 
 
+def kind_of(reason: str) -> str:
+    """Return a reason up to its first number: it stays the same while the robot does the same."""
+    return re.split("[0-9]", reason, 1)[0]
+
+
 class Accelerations(NamedTuple):
     """Accelerations that the robot must have while it navigates: m/s^2 to drive and to brake, rad/s^2 to turn."""
 
@@ -89,6 +97,8 @@ class _Task:
         self.goal, self.with_heading = goal, with_heading
         self.at_goal = False
         self.plan: Optional[RoutePlan] = None
+        self.by_map: Optional[RoutePlan] = None     # the way if nothing stood on it that is on no map
+        self.round = False              # something does stand on it
         self.adopted = -math.inf        # s, when it was taken
         self.planned = -math.inf        # s, when one was made last
         self.best = math.inf            # m, least cost to go so far
@@ -136,6 +146,7 @@ class Navigator:
         self._obstacles.use_map(grid_map, self._floor.clearance)
         if self._task is not None:
             self._task.planned = -math.inf
+            self._task.by_map = None
 
     @property
     def acceleration_wanted(self) -> Accelerations:
@@ -265,7 +276,7 @@ class Navigator:
         return ""
 
     def _wait(self, task: _Task, reason: str, twist: Twist, now: float) -> Decision:
-        kind = reason.rstrip("0123456789. s old")
+        kind = kind_of(reason)
         if task.waits_since is None or task.waits_for != kind:
             task.waits_since, task.waits_for = now, kind
         task.progress += max(0.0, now - max(task.waits_since, task.progress))
@@ -298,6 +309,11 @@ class Navigator:
         numbers = self._numbers
         if now - task.planned >= numbers.navigator.replan or task.plan is None:
             self._plan_anew(task, pose, now)
+        if now - task.progress > numbers.navigator.patience:
+            return self._end(State.FAILED, "gave up: no way on for %.0f s, %.2f m from the goal" % (
+                now - task.progress, math.hypot(task.goal.x - pose.x, task.goal.y - pose.y)))
+        if self._may_walk_beside(now):
+            return Decision(STOP, State.WAITING, _GIVING_WAY)
         around, live = self._around(pose, now), self._obstacles.live(now - numbers.navigator.silent)
         assert task.plan is not None
         choice = self._choose(task, pose, around, live, now)
@@ -308,15 +324,12 @@ class Navigator:
             task.best, task.progress = to_go, now
         elif to_go > task.best + 2.0:
             task.best = to_go           # a new plan leads round: measure its progress anew, on the same patience
-        if now - task.progress > numbers.navigator.patience:
-            return self._end(State.FAILED, "gave up: no way on for %.0f s, %.2f m from the goal" % (
-                now - task.progress, math.hypot(task.goal.x - pose.x, task.goal.y - pose.y)))
         if task.blocked_at is not None and math.hypot(pose.x - task.blocked_at.x, pose.y - task.blocked_at.y) > 0.15:
             task.blocked_since = task.blocked_at = None
         task.told = choice.twist
         if not choice.blocked:
             task.waits_since = None
-            return Decision(choice.twist, State.DRIVING, choice.reason)
+            return Decision(choice.twist, State.DRIVING, self._doing(task, pose, choice.reason))
         if task.blocked_since is None:
             task.blocked_since, task.blocked_at = now, pose
         return Decision(STOP, State.WAITING, choice.reason)
@@ -326,13 +339,60 @@ class Navigator:
         between two ways past an obstacle.
         """
         numbers = self._numbers.navigator
-        plan = self._floor.to(task.goal[:2], self._unmapped(pose))
+        unmapped = self._unmapped(pose)
+        plan = self._floor.to(task.goal[:2], unmapped)
         task.planned = now
+        if task.by_map is None:
+            task.by_map = self._floor.to(task.goal[:2])
+        task.round = self._stands_on(unmapped, task.by_map.points_from(pose[:2]))
         if task.plan is not None and now - task.adopted < numbers.plan_kept:
             kept = plan.cost_of_way(task.plan.points_from(pose[:2]))
             if float(plan.cost(np.array(pose.x), np.array(pose.y))) > numbers.better * kept:
                 return
         task.plan, task.adopted = plan, now
+
+    def _stands_on(self, places: Array, way: List[Point]) -> bool:
+        """Return whether one of some places (m, map frame) is on the next two metres of a way."""
+        if not len(places) or not way:
+            return False
+        points = np.array(way)
+        steps = np.hypot(*np.diff(points, axis=0).T)
+        points = points[np.append(0.0, np.cumsum(steps)) < 2.0]
+        apart = np.hypot(*(places[:, np.newaxis] - points).transpose(2, 0, 1))
+        return bool(apart.min() < self._chassis.half_width + self._numbers.planning.keep)
+
+    def _doing(self, task: _Task, pose: Pose, reason: str) -> str:
+        """Return what it does, for people; on its way, with the length (m) of what is left of it."""
+        if reason != "on the way" or task.plan is None:
+            return reason
+        return "%s, %.1f m to go" % (_GOING_ROUND if task.round else reason,
+                                     length_of(task.plan.points_from(pose[:2])))
+
+    def _may_walk_beside(self, now: float) -> bool:
+        """Return whether something is near the outline that is on no map and has not yet proved to stand still.
+
+        A robot that makes its map has everything on no map yet: it does not ask.
+        """
+        tuned = self._numbers.obstacles
+        if self._through_unknown:
+            return False
+        places = self._obstacles.heard()
+        x, y = self._beside(places.chosen(~places.mapped & (now - places.since < tuned.proves_still)))
+        return bool((distance_outside(self._chassis.outline, x, y) < self._numbers.navigator.give_way).any())
+
+    def _may_turn(self, now: float) -> bool:
+        """Return whether nothing was lately near enough to be touched in a turn, and left without proof of standing."""
+        places, numbers = self._obstacles.heard(), self._numbers
+        if self._through_unknown:
+            return True
+        x, y = self._beside(places.chosen(~places.mapped & (now - places.time < numbers.navigator.beside)
+                                          & (places.time - places.since < numbers.obstacles.proves_still)))
+        return not (np.hypot(x, y) < self._chassis.reach + numbers.steering.margin_walking).any()
+
+    def _beside(self, places: Places) -> Tuple[Array, Array]:
+        """Return places in the robot's frame (m)."""
+        assert self._last is not None
+        return into(self._last.odometry, places.x, places.y)
 
     def _choose(self, task: _Task, pose: Pose, around: Around, live: List[int], now: float) -> Optional[SteeringChoice]:
         """Return the next velocity, or None when the robot stands at the goal."""
@@ -344,7 +404,7 @@ class Navigator:
             off = abs(wrapped(goal.heading - pose.heading)) if task.with_heading else 0.0
             if off < numbers.arrived_heading:
                 still = abs(self._velocity.linear) < 0.03 and abs(self._velocity.angular) < 0.05
-                return None if still else SteeringChoice(STOP, "stopping at the goal")
+                return None if still else SteeringChoice(STOP, "at the goal, stopping")
             return self._steering.finish(pose, self._velocity, around, live, goal, turn_only=True)
         if distance < numbers.final and self._floor.straight(pose[:2], goal[:2]):
             choice = self._steering.finish(pose, self._velocity, around, live, goal, turn_only=False)
@@ -367,7 +427,7 @@ class Navigator:
         x, y = into(self._last.odometry, places.x, places.y)
         walking = ~places.mapped & (now - places.time < self._numbers.obstacles.young)
         wall_x, wall_y = cells_near(self._map, self._edges, pose, _NEAR)
-        return Around(np.append(x, wall_x), np.append(y, wall_y), x[walking], y[walking])
+        return Around(np.append(x, wall_x), np.append(y, wall_y), x[walking], y[walking], self._may_turn(now))
 
 
 def _rim(outline: Tuple[Point, ...]) -> List[Point]:

@@ -31,7 +31,8 @@ _NEVER = -10 ** 9       # so often passed: no echo can make up for it
 
 class Places(NamedTuple):
     """Places where something was heard: x and y (m), time of the last echo (s), whether the map explains it, and the
-    time (s) at which the place is forgotten.
+    time (s) at which the place is forgotten. `since` (s): from then on echoes came from about here, at most
+    `ObstacleNumbers.same_place` from `from_x`, `from_y` (m). What walks leaves this place, and its `since` is new.
     """
 
     x: Array
@@ -39,6 +40,9 @@ class Places(NamedTuple):
     time: Array
     mapped: Array
     until: Array
+    since: Array
+    from_x: Array
+    from_y: Array
 
     def chosen(self, which: Array) -> "Places":
         """Return some of them: those that are true in an array of bools."""
@@ -72,7 +76,8 @@ class Obstacles:
         """Forget all echoes."""
         self._free.clear()
         none = np.zeros(0)
-        self._places, self._passed = Places(none, none, none, np.zeros(0, dtype=bool), none), np.zeros(0, dtype=int)
+        self._places = Places(none, none, none, np.zeros(0, dtype=bool), none, none, none, none)
+        self._passed = np.zeros(0, dtype=int)
 
     def live(self, since: float) -> List[int]:
         """Return the numbers of the transducers that have fired at or after a time (s)."""
@@ -148,10 +153,21 @@ class Obstacles:
         old = self._places
         again = np.array([pair in known for pair in zip(np.floor(old.x / cell).astype(int).tolist(),
                                                         np.floor(old.y / cell).astype(int).tolist())], dtype=bool)
-        kept = old.chosen(~again)
-        self._places = Places(np.append(kept.x, x), np.append(kept.y, y), np.append(kept.time, np.full(len(x), time)),
-                              np.append(kept.mapped, mapped), np.append(kept.until, until))
+        new = Places(x, y, np.full(len(x), time), mapped, until, *self._stands_since(x, y, time))
+        self._places = Places(*(np.append(*columns) for columns in zip(old.chosen(~again), new)))
         self._passed = np.append(self._passed[~again], np.zeros(len(x), dtype=int))
+
+    def _stands_since(self, x: Array, y: Array, time: float) -> Tuple[Array, Array, Array]:
+        """Return `since`, `from_x` and `from_y` of new places: those of the oldest place that each may still be."""
+        old = self._places.chosen(time - self._places.time < self._tuned.proves_still)
+        if not len(old.x):
+            return np.full(len(x), time), x, y
+        same = np.hypot(x[:, np.newaxis] - old.from_x, y[:, np.newaxis] - old.from_y) < self._tuned.same_place
+        since = np.where(same, old.since, np.inf)
+        oldest, row = since.argmin(axis=1), np.arange(len(x))
+        known = same.any(axis=1)
+        return (np.where(known, since[row, oldest], time), np.where(known, old.from_x[oldest], x),
+                np.where(known, old.from_y[oldest], y))
 
     def _see_through(self, eye: Pose, heard_range: float) -> None:
         """Note which places an echo from farther away has passed, and forget those that were passed often enough."""

@@ -125,6 +125,8 @@ class ObstacleNumbers:
     kept_aside: float = parameter(5.0, Number(0, 600), "the same for the sides of an arc, where it rather is not", "s")
     kept_known: float = parameter(3.0, Number(0, 600), "time after which a wall's echo is forgotten", "s")
     young: float = parameter(1.5, Number(0, 60), "an echo younger than this may be of somebody who walks", "s")
+    proves_still: float = parameter(2.0, Number(0, 60), "what was heard in one place for this time stands still", "s")
+    same_place: float = parameter(0.15, Number(0.01, 1), "echoes so near to the first one are from one place", "m")
     seen_through: float = parameter(0.2, Number(0.02, 2), "an echo from this much farther has passed an obstacle", "m")
     passes: int = parameter(2, Whole(1, 50), "so often an echo must pass an obstacle until it is forgotten")
 
@@ -172,6 +174,8 @@ class NavigatorNumbers:
     slow: float = parameter(5.0, Number(0.1, 600), "time without progress that counts as having no way", "s")
     progress: float = parameter(0.3, Number(0.01, 5), "what the cost to go must fall to count as progress", "m")
     rest: float = parameter(1.0, Number(0, 10), "time it stands after a stall", "s")
+    give_way: float = parameter(0.35, Number(0, 2), "it stands while what may walk is so near to its outline", "m")
+    beside: float = parameter(5.0, Number(0, 60), "so long it does not turn on the spot after such was beside it", "s")
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ def choose(goal, pose=HERE, velocity=STOP, what=None, live=ALL, steering=STEERIN
 
 def test_it_drives_at_full_speed_to_what_lies_ahead():
     twist, reason, blocked = choose((4.5, 2.0), velocity=Twist(0.4, 0.0))
-    assert twist.linear == pytest.approx(0.4) and abs(twist.angular) < 0.15 and not blocked and reason == "driving"
+    assert twist.linear == pytest.approx(0.4) and abs(twist.angular) < 0.15 and not blocked and reason == "on the way"
 
 
 @pytest.mark.parametrize("heading, sign", [(2.0, -1.0), (-2.0, 1.0)])
@@ -122,3 +122,9 @@ def test_at_the_goal_it_does_not_turn_into_what_is_near():
 
 def test_it_does_not_drive_to_a_goal_through_what_stands_before_it():
     assert finish(Pose(2.0, 2.0, 0.0), what=around(wall(0.26))).blocked
+
+
+@pytest.mark.parametrize("heading", [2.0, -2.0])
+def test_it_does_not_turn_on_the_spot_when_it_may_not(heading):
+    twist = choose((4.5, 2.0), Pose(1.5, 2.0, heading), what=around()._replace(may_turn=False)).twist
+    assert twist == STOP or twist.linear != 0.0

@@ -9,7 +9,7 @@ from floor_for_tests import chassis_of, room, sensing_at
 from pioneer_control.floor_poses import Pose, wrapped
 from pioneer_control.maps.grid_map import OCCUPIED, GridMap
 from pioneer_control.navigation.driving import STOP
-from pioneer_control.navigation.navigator import NavigationNumbers, Navigator, Readiness, State
+from pioneer_control.navigation.navigator import NavigationNumbers, Navigator, Readiness, State, kind_of
 from pioneer_control.navigation.tuned import NavigatorNumbers
 from pioneer_control.navigation.values import Firing, Sensing
 
@@ -78,6 +78,43 @@ def test_it_drives_round_what_is_on_no_map():
     while run.step().state not in (State.REACHED, State.FAILED) and run.time < 200.0:
         nearest = min(nearest, math.hypot(run.pose.x - post[0], run.pose.y - post[1]))
     assert run.decision.state is State.REACHED and 0.22 < nearest
+
+
+@pytest.mark.parametrize("posts, doing", [
+    ((), "on the way, 3."), ([(2.75, 1.75)], "going round what is on no map, 3.")])
+def test_it_says_what_it_does_and_how_far_it_has_to_go(posts, doing):
+    run = Run(posts=posts).driving()
+    said = {run.step().reason for _ in range(15)}
+    assert doing in {reason[:len(doing)] for reason in said} and all(reason.endswith(" m to go") for reason in said)
+    assert doing[:-2] in {kind_of(reason) for reason in said}
+
+
+def test_a_reason_is_of_the_same_kind_with_another_number():
+    assert kind_of("on the way, 3.2 m to go") == kind_of("on the way, 12.0 m to go")
+    assert kind_of("a wheel stalls") != kind_of("the sonar is off")
+
+
+def stands(run):
+    return run.decision.twist == STOP and run.decision.state is State.WAITING and "giving way" in run.decision.reason
+
+
+def test_it_stands_while_somebody_walks_beside_it_and_goes_on_after():
+    run = Run(start=Pose(1.0, 2.0, 0.0)).driving((5.0, 2.0, None))
+    for step in range(40):      # past the robot on its left, from behind
+        run.posts = [(run.pose.x - 0.3 + 0.03 * step, run.pose.y + 0.45)]
+        run.step()
+        assert step < 6 or step > 25 or stands(run)
+    run.posts = ()
+    assert run.until(State.REACHED, State.FAILED).state is State.REACHED
+
+
+def test_it_goes_on_beside_what_has_proved_to_stand_still():
+    run = Run(start=Pose(1.0, 2.0, 0.0)).driving((5.0, 2.0, None))
+    run.posts, began = [(run.pose.x, run.pose.y + 0.45)], run.time
+    run.step()
+    assert stands(run)
+    run.until(State.DRIVING)
+    assert 1.8 < run.time - began < 3.0
 
 
 def test_without_a_goal_it_stands():

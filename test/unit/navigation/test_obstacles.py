@@ -144,3 +144,22 @@ def test_the_sides_of_an_arc_are_forgotten_before_its_middle():
     obstacles = memory()
     hear(obstacles, 1.0, 1.0)
     assert len(hear(obstacles, math.inf, 8.0).x) == 1
+
+
+def test_what_stands_is_known_since_its_first_echo_and_what_walks_since_a_moment():
+    stands, walks = memory(), memory()
+    for number in range(21):
+        hear(stands, 1.0 + 0.02 * (number % 2), 1.0 + 0.1 * number)
+        hear(walks, 1.7 - 0.04 * number, 1.0 + 0.1 * number)
+
+    def newest(obstacles):
+        places = obstacles.heard()
+        return places.since[places.time == places.time.max()]
+    assert (newest(stands) == 1.0).all() and newest(walks).min() > 2.3
+
+
+def test_what_was_silent_for_long_must_prove_anew_that_it_stands():
+    obstacles = memory()
+    hear(obstacles, 1.0, 1.0)
+    places = hear(obstacles, 1.0, 5.0)
+    assert (places.since[places.time == 5.0] == 5.0).all()

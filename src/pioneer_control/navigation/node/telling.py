@@ -11,7 +11,7 @@ from nav_msgs.msg import MapMetaData, OccupancyGrid, Path
 from ...floor_poses import Pose, compose, relative
 from ...msg import Navigation
 from ..localisation import Where
-from ..navigator import State
+from ..navigator import State, kind_of
 from ..pilot import Pilot, PilotStep
 from .messages import (cloud_message, footprint_message, header_of, map_message, path_message, pose2d, pose_message,
                        pose_with_covariance)
@@ -77,7 +77,7 @@ class Telling:
         if self._pilot.makes_map and self._is_due("map"):
             self.tell_map()
         self._status.publish(step, monotonic())
-        said = step.state, step.reason.rstrip("0123456789. sold")      # the same with another number is no news
+        said = step.state, kind_of(step.reason)     # the same with another number is no news
         if said != self._said:
             self._said = said
             (rospy.logwarn if step.state is State.FAILED else rospy.loginfo)("%s: %s", step.state.value, step.reason)
