@@ -11,6 +11,7 @@ from typing import Any, Mapping, NamedTuple, Optional, Tuple
 import numpy as np
 
 ECHO_GRID = 0.01  # m
+ERROR_EVERY = 0.5  # s between two times at which navigation is compared with the truth
 PADDLE_MIDDLE = 0.05  # m from the tips of the paddles back to the point where they grip
 USUAL_REACH = 0.3  # m from the origin to each side, for a robot with an unknown outline
 
@@ -134,6 +135,47 @@ class Map(NamedTuple):
     origin: Pose
 
 
+class Goal(NamedTuple):
+    """A goal that navigation had from a time (s) on, in the map (m).
+
+    `end` says what became of it: "reached", "failed", "called back", "another goal", or "under way" at the end.
+    """
+
+    time: float
+    x: float
+    y: float
+    end: str
+
+
+class Navigated(NamedTuple):
+    """What the navigation of a robot said. All places are in its map.
+
+    Attributes:
+        track: where it believed to be.
+        states: when it drove to a goal, and when it waited on its way.
+        unsure: when it did not know where it was.
+        plans: some of its plans: arrays of x and y (m).
+        clouds: where it might be, now and then: arrays of x, y (m) and heading (rad).
+        goals: where it was sent.
+        sure_from: the first time (s) at which it knew where it was; None: never.
+    """
+
+    track: Track
+    states: Tuple[Span, ...] = ()
+    unsure: Tuple[Span, ...] = ()
+    plans: Tuple[np.ndarray, ...] = ()
+    clouds: Tuple[np.ndarray, ...] = ()
+    goals: Tuple[Goal, ...] = ()
+    sure_from: Optional[float] = None
+
+    def is_sure(self, times: np.ndarray) -> np.ndarray:
+        """Return for times (s) whether it knew where it was."""
+        sure = np.ones(len(times), dtype=bool)
+        for begin, end, _ in self.unsure:
+            sure &= (times < begin) | (times >= end)
+        return sure
+
+
 _NOTHING = np.empty(0)
 
 
@@ -143,10 +185,10 @@ class Run(NamedTuple):
     path: str  # of the bag, or of its first part
     robot: str  # namespace without slashes at its ends; empty for a robot at the root
     odometry: Track
-    truth: Optional[Track]  # the true path in the map frame, of a simulated robot
+    truth: Optional[Track]  # the true path in the frame of the simulated world
     sonar: Echoes
     gripper: Tuple[GripperEvent, ...]
-    cans: Tuple[CanPath, ...]  # in the map frame
+    cans: Tuple[CanPath, ...]  # in the frame of the simulated world
     map: Optional[Map]
     model: str = ""  # subtype, empty when no robot_info was recorded
     world: str = ""  # name of the simulated world, empty when none was recorded
@@ -162,6 +204,8 @@ class Run(NamedTuple):
     faults: Tuple[Report, ...] = ()  # of this robot, and of nodes that belong to no robot
     gaps: Tuple[Span, ...] = ()  # when a periodic topic had no messages; what: name of the topic
     doings: Tuple[Span, ...] = ()  # what a wandering program did: "driving", "turning"
+    navigation: Optional[Navigated] = None
+    map_made: bool = False  # the robot made the map meanwhile; then the map begins where the robot began
     notes: str = ""  # the recorder's description of the recording (YAML)
     damage: str = ""  # what could not be read from the bag, in sentences; empty if all could be read
 
@@ -182,18 +226,54 @@ class Run(NamedTuple):
 
     @property
     def odometry_origin(self) -> Pose:
-        """The pose of the odometry frame in the map, so that the odometry and the true path begin at the same pose.
+        """The pose of the odometry frame in the map, so that the odometry begins on the true path.
 
-        Zero if the run has no true path.
+        Without a true path it begins where navigation was first sure to be. Zero without both.
         """
-        if self.truth is None:
-            return (0.0, 0.0, 0.0)
-        # One track may begin before the other: `start` is the first time that is in both tracks.
-        start = np.array([max(self.truth.time[0], self.odometry.time[0])])
-        return chained(self.truth.at(start).pose(0), inverted(self.odometry.at(start).pose(0)))
+        if self.truth_in_map is not None:
+            return laid_on(self.odometry, self.truth_in_map)
+        if self.navigation is not None:
+            return laid_on(self.odometry, self.navigation.track, self.navigation.sure_from or 0.0)
+        return (0.0, 0.0, 0.0)
 
-    def echoes(self) -> np.ndarray:
-        """Return the points (m; odometry frame) where the sonar had echoes: an array of shape (n, 2).
+    @property
+    def true_frame(self) -> Pose:
+        """The pose of the frame of the true path and of the cans, in the frame of `map`.
+
+        A map that the robot made has a frame of its own: there the true path begins where the robot believed to be.
+        """
+        if self.truth is None or self.navigation is None or not self.map_made:
+            return (0.0, 0.0, 0.0)
+        return laid_on(self.truth, self.navigation.track)
+
+    @property
+    def truth_in_map(self) -> Optional[Track]:
+        """The true path, in the frame of `map`."""
+        return None if self.truth is None else self.truth.seen_from(self.true_frame)
+
+    @property
+    def cans_in_map(self) -> Tuple[CanPath, ...]:
+        """The cans, in the frame of `map`."""
+        frame = self.true_frame
+        return tuple(CanPath(can.time, *placed(frame, can.x, can.y), can.height) for can in self.cans)
+
+    def navigation_errors(self) -> Tuple[np.ndarray, np.ndarray]:
+        """Return how far navigation was off (m; rad, without sign), while it said that it knew where it was.
+
+        Empty without a true path or navigation.
+        """
+        if self.truth_in_map is None or self.navigation is None:
+            return np.empty(0), np.empty(0)
+        times = np.arange(max(self.truth_in_map.time[0], self.navigation.track.time[0]),
+                          min(self.truth_in_map.time[-1], self.navigation.track.time[-1]), ERROR_EVERY)
+        times = times[self.navigation.is_sure(times)]
+        true, believed = self.truth_in_map.at(times), self.navigation.track.at(times)
+        turned = np.abs((believed.heading - true.heading + np.pi) % (2.0 * np.pi) - np.pi)
+        return np.hypot(believed.x - true.x, believed.y - true.y), turned
+
+    def echoes(self, track: Optional[Track] = None) -> np.ndarray:
+        """Return the points (m) where the sonar had echoes: an array of shape (n, 2). They are in the frame of the
+        track that places them: of the odometry, if no other is given.
 
         At most one point is kept in each square of 1 cm. Empty if the poses of the transducers are not known.
         """
@@ -202,11 +282,19 @@ class Run(NamedTuple):
             return np.empty((0, 2))
         time, number, reach = (values[fitted] for values in self.sonar)
         looks = np.array([self.transducers[n] for n in number.astype(int)])
-        robot = self.odometry.at(time)
+        robot = (track or self.odometry).at(time)
         hit = looks[:, 0] + reach * np.cos(looks[:, 2]), looks[:, 1] + reach * np.sin(looks[:, 2])
         points = np.column_stack(placed((robot.x, robot.y, robot.heading), *hit))
         _, first = np.unique(np.round(points / ECHO_GRID).astype(int), axis=0, return_index=True)
         return points[np.sort(first)]
+
+
+def laid_on(track: Track, other: Track, after: float = -np.inf) -> Pose:
+    """Return the pose of a track's frame in the frame of another track, so that both are at the same pose at the first
+    time (s) that both have, but not before `after`.
+    """
+    start = np.array([max(track.time[0], other.time[0], after)])
+    return chained(other.at(start).pose(0), inverted(track.at(start).pose(0)))
 
 
 def placed(pose: Any, x: Any, y: Any) -> Tuple[np.ndarray, np.ndarray]:

@@ -12,7 +12,8 @@ import numpy as np
 
 from .collectors import (CanCollector, CommandCollector, DecisionCollector, EchoCollector, LastCollector,
                          OdometryCollector, ReportCollector, SilenceCollector, SpanCollector, Thinned, doing, grip_of,
-                         gripper_events, map_of, pressed, stalled, told_of)
+                         gripper_events, pressed, stalled, told_of)
+from .navigation_collectors import MapCollector, NavigationCollector
 from .reader import BagReader, BagConnection, decode, message_class, plural, read_bag
 from .records import BagError
 from .recorded_run import CanPath, Echoes, Run, Series, Track, Velocities
@@ -57,7 +58,11 @@ TOPICS: Dict[str, Topic] = {
     "decision": Topic("Decision", lambda: DecisionCollector(doing)),
     "robot_info": Topic("RobotInfo", lambda: LastCollector(told_of)),
     "cans": Topic("PoseArray", CanCollector, shared=True),
-    "map": Topic("OccupancyGrid", lambda: LastCollector(map_of), shared=True),
+    "map": Topic("OccupancyGrid", MapCollector, shared=True),
+    "truth/map": Topic("OccupancyGrid", MapCollector, shared=True),     # which navigation does not see
+    "navigation": Topic("Navigation", NavigationCollector, True),
+    "plan": Topic("Path", NavigationCollector, of="navigation", take="add_plan"),
+    "particlecloud": Topic("PoseArray", NavigationCollector, of="navigation", take="add_cloud"),
     "world": Topic("String", lambda: LastCollector(lambda message: message.data), shared=True),
     "recording": Topic("String", lambda: LastCollector(lambda message: message.data), shared=True),
 }
@@ -234,7 +239,9 @@ def _run(path: str, name: str, collector: RunCollector, reader: BagReader) -> Ru
         sonar=Echoes(*np.array(robot["sonar"].rows).reshape(-1, 3).T),
         gripper=gripper_events(robot["gripper_state"].columns().T.tolist()),
         cans=tuple(CanPath(*can.columns()) for can in collector.nearest(name, "cans") or ()),
-        map=collector.nearest(name, "map"),
+        map=collector.nearest(name, "map") or collector.nearest(name, "truth/map"),
+        map_made=robot["map"].made,
+        navigation=robot["navigation"].navigated(),
         commanded=Velocities(*robot["cmd_vel"].columns()),
         measured=Velocities(*odometry.speeds.columns()),
         battery=battery if len(battery.time) else Series(*robot["battery"].columns()),

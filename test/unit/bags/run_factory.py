@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from pioneer_control.bags.recorded_run import (CanPath, Echoes, GripperEvent, Map, Report, Run, Series, Span, Track,
-                                               Velocities)
+from pioneer_control.bags.navigation_collectors import DRIVES, UNSURE, WAITS
+from pioneer_control.bags.recorded_run import (CanPath, Echoes, Goal, GripperEvent, Map, Navigated, Report, Run,
+                                               Series, Span, Track, Velocities)
 
 BEGIN = 1.8e9  # s
 SQUARE = np.array([(0.36, -0.2), (0.36, 0.2), (-0.3, 0.2), (-0.3, -0.2)])
@@ -68,3 +69,16 @@ def full(odometry, times=5):
         damage="it was not closed and ends within a message after 56.8 s: its recorder was killed, or the disk was "
         "full. " * 2,
     )  # fmt: skip
+
+
+def navigated(true, off=0.1, **fields):
+    """Return what the navigation of a robot said that drove a track, and that believed to be off to the side (m)."""
+    begin, seconds = true.time[0], true.time[-1] - true.time[0]
+    unsure = Span(begin, begin + seconds / 4, UNSURE)
+    said = Navigated(
+        true._replace(y=true.y + off), (Span(begin, begin + seconds / 2, DRIVES), Span(begin + 1, begin + 2, WAITS)),
+        (unsure,), (np.column_stack((true.x, true.y)),), (np.column_stack((true.x, true.y, true.heading))[:9],),
+        (Goal(begin, 1.0, 1.0, "reached"), Goal(begin + 1, 2.0, 1.0, "failed"),
+         Goal(begin + 2, 2.0, 2.0, "called back")),
+        begin + seconds / 4)
+    return said._replace(**fields)

@@ -140,3 +140,11 @@ def test_a_gap_before_the_first_value_or_after_the_last_changes_nothing():
     battery = make.series((5, 13.0), (15, 13.0))
     gaps = Span(make.BEGIN, make.BEGIN + 5.0, "/battery"), Span(make.BEGIN + 15.0, make.BEGIN + 20.0, "/battery")
     assert len(over_time.curves(make.run(battery=battery, gaps=gaps))[0].lines[0][0]) == 2
+
+
+def test_when_it_drove_to_goals_waited_and_was_not_sure():
+    found = rows(make.run(navigation=make.navigated(make.track(20.0))))
+    assert found["drives to a goal"].spans == ((0.0, 10.0),) and found["waits"].spans == ((1.0, 2.0),)
+    assert found["not sure where"].spans == ((0.0, 5.0),)
+    sure = make.navigated(make.track(20.0), states=(), unsure=())
+    assert not set(rows(make.run(navigation=sure))) & {"drives to a goal", "waits", "not sure where"}

@@ -23,6 +23,10 @@ RUNS = {
         make.run().odometry._replace(**{name: np.array([1.0]) for name in ("time", "x", "y", "heading")})),
     "a long way ahead": make.run(make.track(60.0), measured=make.velocities(make.track(60.0))),
     "a long way to the left": make.full(make.track(60.0, towards=np.pi / 2)),
+    "with navigation": make.full(make.track(60.0))._replace(navigation=make.navigated(make.track(60.0))),
+    "with navigation, a long way ahead": make.run(make.track(60.0), navigation=make.navigated(make.track(60.0))),
+    "with navigation, a long way to the left": make.full(make.track(60.0, towards=np.pi / 2))._replace(
+        navigation=make.navigated(make.track(60.0, towards=np.pi / 2)), map_made=True),
     "without outline and names": make.run(footprint=np.empty((0, 2)), model="", robot=""),
     "with words that are no words": make.run(robot="a$b$c\n" * 30, faults=make.full(make.track(9.0)).faults[:2]),
 }
@@ -139,8 +143,10 @@ class TestEchoesBesideTheirWalls:
 
     def test_the_page_explains_them(self):
         words = [words for words, _ in boxes(page.figure(RUNS["a minute"]))[0]]
-        assert page.ECHO_NOTE in words
-        assert page.ECHO_NOTE not in [words for words, _ in boxes(page.figure(make.run()))[0]]
+        assert page.ECHO_NOTE % "Odometry" in words
+        assert not [words for words, _ in boxes(page.figure(make.run()))[0] if "places the echoes" in words]
+        words = [words for words, _ in boxes(page.figure(RUNS["with navigation"]))[0]]
+        assert page.ECHO_NOTE % "Navigation" in words
 
 
 class TestCans:
@@ -305,3 +311,48 @@ class TestShortNames:
         runs = [make.run(path="tutorial_2026-11-22-08-39-28-seed-%s.bag" % seed) for seed in (1, 2)]
         words = [words for words, _ in boxes(side_by_side.figure(runs))[0]]
         assert {"…11-22-08-39-28-seed-1", "…11-22-08-39-28-seed-2"} <= set(words)
+
+
+class TestNavigation:
+    TRUE = make.track(60.0)
+
+    def run(self, **fields):
+        return make.run(self.TRUE, **{**dict(truth=self.TRUE, navigation=make.navigated(self.TRUE)), **fields})
+
+    def test_the_head_says_how_well_it_navigated(self):
+        assert page.navigated(self.run()) == [
+            "Navigation: 1 of 3 goals reached", "15 s not sure where it was",
+            "while sure 10 cm and 0.0° off (95 %: 10 cm, 0.0°)"]
+        assert page.navigated(make.run()) == []
+        still = make.navigated(self.TRUE, goals=(), unsure=())
+        assert page.navigated(self.run(truth=None, navigation=still)) == ["Navigation: no goal"]
+
+    def test_only_what_it_was_sure_of_counts(self):
+        jump = self.TRUE._replace(x=self.TRUE.x + np.where(self.TRUE.time < make.BEGIN + 14.0, 5.0, 0.0))
+        off, _ = self.run(navigation=make.navigated(self.TRUE, track=jump)).navigation_errors()
+        assert off.max() < 1e-9
+        off, _ = self.run(navigation=make.navigated(self.TRUE, track=jump, unsure=())).navigation_errors()
+        assert off.max() == pytest.approx(5.0)
+
+    def test_a_map_that_it_made_begins_with_it(self):
+        there = self.TRUE.seen_from((3.0, 4.0, 1.0))
+        can = CanPath(there.time[:1], there.x[50:51], there.y[50:51], np.zeros(1))
+        run = self.run(truth=there, navigation=make.navigated(self.TRUE, off=0.0), map_made=True, cans=(can,))
+        assert (run.cans_in_map[0].x[0], run.cans_in_map[0].y[0]) == pytest.approx((self.TRUE.x[50], self.TRUE.y[50]))
+        assert run.navigation_errors()[0].max() < 1e-6
+        assert "on the map that it made; the true path is laid on its beginning" in page.navigated(run)
+        assert self.run(truth=there, navigation=make.navigated(self.TRUE, off=0.0)).navigation_errors()[0].min() > 1.0
+
+    def test_without_truth_it_shows_where_it_believed_to_be(self):
+        view = from_above.view_of(self.run(truth=None, map=TestEchoesBesideTheirWalls.ROOM))
+        assert view.path is view.run.navigation.track and view.walls is not None
+        assert "as navigation has it" in page.summary(view.run, view, ())
+        at = view.run.navigation.sure_from
+        assert view.odometry.at([at]).pose(0) == pytest.approx(view.path.at([at]).pose(0)), "odometry begins when sure"
+
+    def test_signs_of_all_that_is_drawn(self):
+        sheet = page.figure(self.run())
+        shown = [text.get_text() for text in sheet.legends[0].get_texts()]
+        goals = ("goal reached", "goal failed", "goal given up")
+        for sign in ("true path", "believed", "not sure", "plan", "cloud", *goals):
+            assert shown.count(sign) == 1

@@ -8,7 +8,7 @@ from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from ...pictures import BEYOND, BLUE, FAINT, FLOOR, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION, WALL
-from ..recorded_run import Map, Pose, Run, Track, inverted, placed
+from ..recorded_run import Map, Navigated, Pose, Run, Track, inverted, placed
 from .timeline import Timeline
 
 CAN_BEFORE, CAN_AFTER = "#000000", ORANGE
@@ -26,6 +26,8 @@ FEWEST_METRES = 1.0  # m: the least width and height of the view, so that a robo
 ARROW, ARROW_EVERY = 0.1, 0.7  # inches: the length of an arrow, and the way between two arrows
 STROKE = 0.11  # inches: the length of a stroke from a dot in the direction of the robot's heading
 TIMES, TIMES_APART = 12, 0.36  # the largest number of times beside the path; inches between two of them
+TICK = 0.05  # inches: the length of the stroke that shows a heading in a cloud
+ENDED = {"reached": ("*", 9.0), "failed": ("X", 6.5)}  # of goals: sign and size; other goals are stars that are empty
 NAMES_APART = 0.3  # inches: if start and end are nearer to each other, one name is written for both
 BADGES = 24  # the largest number of badges on the drawing: more would hide it
 
@@ -33,11 +35,11 @@ BADGES = 24  # the largest number of badges on the drawing: more would hide it
 class TopView(NamedTuple):
     """What is drawn of a run, in m.
 
-    The frame is that of the map if the true path is known, and that of the odometry if not.
+    The frame is that of the map if the true path is known or the robot navigates, else that of the odometry.
     """
 
     run: Run
-    path: Track  # the true path if it is known, else the path of the odometry
+    path: Track  # the true path if it is known; else where navigation believed to be, or the path of the odometry
     odometry: Track
     echoes: np.ndarray  # (n, 2)
     walls: Optional[Map]
@@ -48,10 +50,16 @@ class TopView(NamedTuple):
 def view_of(run: Run) -> TopView:
     """Return what is to be drawn of a run."""
     odometry = run.odometry.seen_from(run.odometry_origin)
-    path = odometry if run.truth is None else run.truth
-    echoes = np.column_stack(placed(run.odometry_origin, *run.echoes().T))
-    walls = run.map if run.truth is not None else None
-    return TopView(run, path, odometry, echoes, walls, *extent((odometry, path), echoes, walls, run.reach))
+    truth, believed = run.truth_in_map, run.navigation.track if run.navigation else None
+    path = truth or believed or odometry
+    if believed is None:
+        echoes = np.column_stack(placed(run.odometry_origin, *run.echoes().T))
+    else:
+        echoes = run.echoes(believed)
+    walls = run.map if truth is not None or believed is not None else None
+    # How far odometry strays is not worth the room where navigation corrects it.
+    shown = (path,) if believed is not None else (odometry, path)
+    return TopView(run, path, odometry, echoes, walls, *extent(shown, echoes, walls, run.reach))
 
 
 def extent(tracks: Sequence[Track], echoes: np.ndarray, walls: Optional[Map],
@@ -97,7 +105,7 @@ def beside_things(view: TopView) -> np.ndarray:
     beside = np.ones(len(points), dtype=bool)
     beside[inside] = ~np.any([walls[row + up, column + right] for up in range(2 * reach + 1)
                               for right in range(2 * reach + 1)], axis=0)
-    for can in view.run.cans:
+    for can in view.run.cans_in_map:
         for x, y in set(zip(np.round(can.x, 1), np.round(can.y, 1))):
             beside &= np.hypot(points[:, 0] - x, points[:, 1] - y) > 2 * NEAR_A_WALL
     return beside
@@ -111,7 +119,9 @@ def draw(axes: Any, view: TopView, timeline: Timeline, inches: float) -> None:
         axes.plot(view.path.x, view.path.y, color=BLUE, linewidth=3.4, alpha=0.55, zorder=3, label="true path",
                   solid_capstyle="round")
     axes.plot(view.odometry.x, view.odometry.y, color=VERMILLION, linewidth=1.2, zorder=4, label="odometry",
-              linestyle="-" if view.run.truth is None else (0, (5, 2)))
+              linestyle="-" if view.path is view.odometry else (0, (5, 2)))
+    if view.run.navigation is not None:
+        _draw_navigation(axes, view.run.navigation, scale)
     draw_arrows(axes, view.path, scale)
     _draw_echoes(axes, view)
     if view.run.truth is not None:
@@ -167,6 +177,28 @@ def draw_arrows(axes: Any, path: Track, scale: float) -> None:
     axes.add_collection(PolyCollection(shapes, facecolor=INK, edgecolor="white", linewidth=0.4, zorder=5))
 
 
+def _draw_navigation(axes: Any, said: Navigated, scale: float) -> None:
+    """Draw where navigation believed to be, and where it was not sure, its plans and goals, and its cloud now and then.
+    """
+    sure = said.is_sure(said.track.time)
+    line = np.where(sure, said.track.x, np.nan), np.where(sure, said.track.y, np.nan)
+    axes.plot(*line, color=GREEN, linewidth=1.5, zorder=4.6, label="believed")
+    if not sure.all():
+        axes.plot(said.track.x[~sure], said.track.y[~sure], "x", color=INK, markersize=3.4, markeredgewidth=0.8,
+                  zorder=4.7, label="not sure")
+    for plan in said.plans:
+        axes.plot(*plan.T, color=PURPLE, linewidth=1.0, linestyle=(0, (1, 1.2)), alpha=0.8, zorder=3.5, label="plan")
+    for cloud in said.clouds:
+        tips = cloud[:, :2] + TICK * scale * np.column_stack((np.cos(cloud[:, 2]), np.sin(cloud[:, 2])))
+        strokes = np.stack((cloud[:, :2], tips, np.full_like(tips, np.nan)), axis=1).reshape(-1, 2)
+        axes.plot(*strokes.T, color=ORANGE, linewidth=0.8, alpha=0.75, zorder=3.4, label="cloud")
+    for goal in said.goals:
+        sign, size = ENDED.get(goal.end, ("*", 9.0))
+        axes.plot(goal.x, goal.y, sign, color=PURPLE if goal.end in ENDED else "white", markeredgecolor=INK,
+                  markeredgewidth=0.6, markersize=size, zorder=8.5,
+                  label="goal " + (goal.end if goal.end in ENDED else "given up"), linestyle="none")
+
+
 def _draw_echoes(axes: Any, view: TopView) -> None:
     """Draw the echoes. Those beside their walls are paler."""
     beside = beside_things(view)
@@ -184,7 +216,7 @@ def _draw_cans(axes: Any, view: TopView) -> None:
     """
     from matplotlib.patches import Circle
 
-    cans = view.run.cans
+    cans = view.run.cans_in_map
     before, after = (np.array([(can.x[end], can.y[end]) for can in cans]).reshape(-1, 2) for end in (0, -1))
     if not any(((view.low < place) & (place < view.high)).all() for place in (*before, *after)):
         return

@@ -5,6 +5,7 @@ from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from ...pictures import BEYOND, BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION, draw_grid
+from ..navigation_collectors import DRIVES, UNSURE, WAITS
 from ..recorded_run import ERROR, WARNING, Run, Series, Span, Velocities
 from .from_above import BADGES, EVENT
 from .incidents import Incident, made, silences
@@ -21,7 +22,7 @@ BADGES_APART, VALUES_APART = 0.17, 0.12  # inches between two badges, and betwee
 COMMANDED = dict(label="commanded", color=ORANGE, linewidth=3.0, alpha=0.7, drawstyle="steps-post")
 MEASURED = dict(label="measured", color=BLUE, linewidth=1.0)  # thin and dark over wide and light
 VOLTAGE = dict(color=INK, linewidth=1.0)
-DOINGS = 5  # the largest number of lanes for what a program decided
+DOINGS = 5  # the largest number of lanes for what a program decided and navigation did
 SAID = {ERROR: "errors", WARNING: "warnings"}
 SAID_COLOUR = {ERROR: VERMILLION, WARNING: ORANGE}
 BROKEN, SILENT, SILENCE = "made to fail", "no data", "#b4b4b4"
@@ -115,6 +116,7 @@ def lanes(run: Run, wrong: Sequence[Incident], timeline: Timeline, inches: float
     held_by = tuple((event.time, str(number), EVENT[event.what]) for number, event in enumerate(run.gripper, 1))
     spans = [
         Lane("motors on", GREEN, "", on(run.motors, end)),
+        *navigation_lanes(run),
         Lane("STOP button", VERMILLION, "////", on(run.e_stop, end)),
         Lane("stalled", PURPLE, "xxxx", tuple((span.begin, span.end) for span in run.stalls)),
         Lane("bumped", INK, "....", tuple((span.begin, span.end) for span in run.bumps)),
@@ -127,6 +129,20 @@ def lanes(run: Run, wrong: Sequence[Incident], timeline: Timeline, inches: float
         *packed(BROKEN, PURPLE, made(run.faults, end), timeline, inches),
         *packed(SILENT, SILENCE, silences(run.gaps), timeline, inches),
     ]
+
+
+def navigation_lanes(run: Run) -> List[Lane]:
+    """Return the lanes of a robot that navigates: when it drove to a goal and when it waited, and when it was not sure
+    where it was.
+    """
+    if run.navigation is None:
+        return []
+
+    def lane(what: str, colour: str, hatch: str, spans: Sequence[Span]) -> Lane:
+        return Lane(what, colour, hatch, tuple((span.begin, span.end) for span in spans if span.what == what))
+
+    return [lane(DRIVES, BLUE, "", run.navigation.states), lane(WAITS, ORANGE, "////", run.navigation.states),
+            lane(UNSURE, VERMILLION, "xxxx", run.navigation.unsure)]
 
 
 def packed(name: str, colour: str, spans: Sequence[Span], timeline: Timeline, inches: float) -> List[Lane]:
@@ -162,10 +178,11 @@ def held(run: Run, end: float) -> Tuple[Tuple[float, float], ...]:
 
 def doings(run: Run) -> List[Lane]:
     """Return a lane for each of the commonest decisions of a program: "driving", "turning", ..."""
+    most = DOINGS - len(navigation_lanes(run))
     spans: Dict[str, List[Tuple[float, float]]] = {}
     for begin, end, what in run.doings:
         spans.setdefault(what, []).append((begin, end))
-    commonest = sorted(spans, key=lambda what: -sum(end - begin for begin, end in spans[what]))[:DOINGS]
+    commonest = sorted(spans, key=lambda what: -sum(end - begin for begin, end in spans[what]))[:most]
     return [Lane("decided: " + what, FAINT, "", tuple(spans[what])) for what in spans if what in commonest]
 
 

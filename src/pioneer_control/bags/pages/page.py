@@ -23,6 +23,7 @@ BESIDE = 1.9  # inches: the width of a legend beside the map
 # a map with a larger ratio of height to width has the strips beside it, and is at most WIDEST inches wide
 NARROW, WIDEST = 1.6, 3.2
 SIGNS, EVENTS_LISTED = 7, 8  # the largest numbers of signs and of events in a legend
+OF_NAVIGATION = 7  # the largest number of signs that a robot has more if it navigates
 MANY = -1  # stands for more events of the gripper than badges: they have signs in the legend, and no numbers
 EVENTS_BESIDE = {7: 4, 2: 2, 1: 1}  # columns of events in a legend, by its columns of signs
 FULL, FEWEST = 20, 4  # the largest number of lanes and lines of text together; lines of text that are always allowed
@@ -34,7 +35,7 @@ VERSIONS = {"pioneer_control": "pioneer_control %s", "rospy": "rospy %s", "pytho
             "commit": "commit %.10s", "system": "%s"}
 EXACT = 0.01  # m: odometry with a smaller error at the end is called exact
 ECHO_NOTE = ("* A sonar hears in a cone, and its echo is drawn in the cone's middle: a wall that is met slantwise also "
-             "shows beside itself. Odometry places the echoes.")
+             "shows beside itself. %s places the echoes.")
 
 
 class Plan(NamedTuple):
@@ -63,14 +64,16 @@ def figure(run: Run, title: Optional[str] = None) -> Any:
     pushed = ", ".join("can %s pushed %.2f m at %s" % (push.can, push.distance, timeline.write(push.time))
                        for push in pushes(run))
     said: List[Tuple[str, Dict[str, Any]]] = [
+        (", ".join(navigated(run)), dict(color=INK)),
         (pushed, dict(color=INK)),
         ("This recording is damaged: " + run.damage if run.damage else "", dict(color=VERMILLION, fontweight="bold")),
     ]
     head = [(line, look) for text, look in said for line in probe.lines(text, RIGHT - LEFT, LINES, **look) if text]
 
     events = min(len(run.gripper), EVENTS_LISTED) if len(run.gripper) <= from_above.BADGES else MANY
+    signs = SIGNS + OF_NAVIGATION * (run.navigation is not None)
     where = plan(view.high - view.low, TOP + 0.62 + LINE * len(head) + GAP, over_time.height(shown, lanes), lines,
-                 events)
+                 events, signs)
 
     sheet = Sheet(where.height)
     _write_head(sheet, run, timeline, title, summary(run, view, wrong))
@@ -83,7 +86,8 @@ def figure(run: Run, title: Optional[str] = None) -> Any:
     over_time.draw(sheet, *where.strips, shown, over_time.lanes(run, wrong, timeline, RIGHT - where.strips[0]),
                    timeline)
     _write_wrong(sheet, where.list, wrong, words, timeline)
-    for above, note in ((0.29, ECHO_NOTE if len(view.echoes) else ""), (0.16, recorded_with(run.notes))):
+    echoes = ECHO_NOTE % ("Odometry" if run.navigation is None else "Navigation") if len(view.echoes) else ""
+    for above, note in ((0.29, echoes), (0.16, recorded_with(run.notes))):
         sheet.text(LEFT, where.height - above, note, room=RIGHT - LEFT, size=6, color=FAINT)
     return sheet.figure
 
@@ -104,7 +108,7 @@ def _listed(run: Run, room: int, probe: Sheet) -> Tuple[Tuple[Incident, ...], Di
     return wrong, words
 
 
-def plan(span: np.ndarray, head: float, strips_high: float, lines: int, events: int) -> Plan:
+def plan(span: np.ndarray, head: float, strips_high: float, lines: int, events: int, signs: int = SIGNS) -> Plan:
     """Lay out a page.
 
     Args:
@@ -113,30 +117,32 @@ def plan(span: np.ndarray, head: float, strips_high: float, lines: int, events: 
         strips_high: the height of the strips (inches).
         lines: the number of lines of text below the strips.
         events: the number of events in the legend, or `MANY`.
+        signs: the largest number of signs in the legend.
     """
     below = (strips_high + AXIS + 0.1) * bool(strips_high)
     listed = (lines * LINE + 0.12) * bool(lines)
     if span[1] > NARROW * span[0]:
         width, height = min(WIDEST / span[0], (HEIGHT - head - AXIS - listed - BOTTOM) / span[1], LARGEST_SCALE) * span
         left = LEFT + width + over_time.NAMES - 0.15
-        end = max(head + height + AXIS, head + below + legend_height(events, 2))
+        end = max(head + height + AXIS, head + below + legend_height(events, 2, signs))
         return Plan(end + listed + BOTTOM, (LEFT, head, width, height), (left, head + below, 2), (left, head), end)
     room = HEIGHT - head - AXIS - below - listed - BOTTOM
     # inches for each metre of the map: with the legend beside it, and with the legend below it
     beside = min((RIGHT - LEFT - BESIDE) / span[0], max(room, LEAST_MAP) / span[1], LARGEST_SCALE)
-    alone = min((RIGHT - LEFT) / span[0], (room - legend_height(events, 7)) / span[1], LARGEST_SCALE)
-    width, height = max(beside, alone) * span
-    if beside >= alone:
-        legend, top = (LEFT + width + 0.15, head, 1), max(head + height + AXIS, head + legend_height(events, 1))
+    alone = min((RIGHT - LEFT) / span[0], (room - legend_height(events, 7, signs)) / span[1], LARGEST_SCALE)
+    if beside >= alone and legend_height(events, 1, signs) <= max(room, LEAST_MAP) + AXIS:
+        width, height = beside * span
+        legend, top = (LEFT + width + 0.15, head, 1), max(head + height + AXIS, head + legend_height(events, 1, signs))
     else:
-        legend, top = (LEFT, head + height + AXIS, 7), head + height + AXIS + legend_height(events, 7)
+        width, height = alone * span
+        legend, top = (LEFT, head + height + AXIS, 7), head + height + AXIS + legend_height(events, 7, signs)
     return Plan(top + below + listed + BOTTOM, (LEFT, head, width, height), legend, (over_time.NAMES, top + 0.1),
                 top + below)
 
 
-def legend_height(events: int, columns: int) -> float:
+def legend_height(events: int, columns: int, signs: int = SIGNS) -> float:
     """Return the height (inches) of a legend with this number of events, or `MANY`, and of columns of signs."""
-    signs = SIGNS + len(from_above.EVENT) * (events == MANY)
+    signs += len(from_above.EVENT) * (events == MANY)
     return -(-signs // columns) * LINE + (0.06 + EVENT_LINE * -(-events // EVENTS_BESIDE[columns])) * (events > 0)
 
 
@@ -179,9 +185,30 @@ def summary(run: Run, view: from_above.TopView, wrong: Sequence[Incident]) -> Li
     return [
         how_long(run.duration),
         ("%.1f m driven" if view.path.length < 100 else "%.0f m driven") % view.path.length,
-        "as the robot's odometry has it" if run.truth is None else odometry,
+        odometry if run.truth is not None else
+        "as navigation has it" if run.navigation is not None else "as the robot's odometry has it",
         *["%s %s" % (count, what % ("s" * (count > 1))) for what, count in counts.items() if count],
     ]
+
+
+def navigated(run: Run) -> List[str]:
+    """Return in words how a robot navigated: its goals, how long it was not sure where it was, how far it was off while
+    it was, and whose map it has. Empty for a robot that does not navigate.
+    """
+    said = run.navigation
+    if said is None:
+        return []
+    off, turned = run.navigation_errors()
+    unsure = sum(span.end - span.begin for span in said.unsure)
+    reached = sum(goal.end == "reached" for goal in said.goals)
+    accuracy = "while sure %.0f cm and %.1f° off (95 %%: %.0f cm, %.1f°)" % (
+        *(scale * np.percentile(values, share) for share in (50, 95) for scale, values in
+          ((100.0, off), (np.degrees(1.0), turned))),) if len(off) else ""
+    return [words for words in (
+        "Navigation: %d of %d goals reached" % (reached, len(said.goals)) if said.goals else "Navigation: no goal",
+        "%s not sure where it was" % how_long(unsure) if unsure else "", accuracy,
+        "on the map that it made; the true path is laid on its beginning" if run.map_made and run.truth is not None else
+        "on the map that it made" if run.map_made else "") if words]
 
 
 def _write_legend(sheet: Sheet, axes: Any, run: Run, timeline: Timeline, left: float, top: float, columns: int) -> None:
