@@ -152,6 +152,18 @@ class NavigationTest(unittest.TestCase):
         self.stands()
         self.says("idle")
 
+    def test_03b_cancel_ends_a_goal_of_the_service_too(self):
+        cancel = rospy.Publisher("pioneer/move_base/cancel", GoalID, queue_size=1)
+        wait_until("it listens", cancel.get_num_connections)
+        place = self.far_goal()
+        places = self.witness.last("pioneer/places")
+        name = places.names[places.poses.index(place)]
+        self.assertTrue(self.services["go_to"](name).success)
+        self.drives()
+        cancel.publish(GoalID())
+        self.stands()
+        self.says("idle")
+
     def test_04_a_new_goal_preempts_the_one_before(self):
         place = self.far_goal()
         self.client.send_goal(goal_at(place.x, place.y))

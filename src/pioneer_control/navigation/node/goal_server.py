@@ -20,10 +20,10 @@ NAME = "move_base"
 
 
 class _Server(actionlib.ActionServer):
-    """An action server that refuses goals of a bag player."""
+    """An action server that refuses goals of a bag player, and whose "cancel all" also ends goals of a service."""
 
-    def __init__(self, refuses: Callable[[Any], str], *arguments: Any) -> None:
-        self._refuses = refuses
+    def __init__(self, refuses: Callable[[Any], str], cancel_all: Callable[[], None], *arguments: Any) -> None:
+        self._refuses, self._cancel_all = refuses, cancel_all
         super().__init__(NAME, MoveBaseAction, *arguments, auto_start=False)
 
     def internal_goal_callback(self, goal: MoveBaseActionGoal) -> None:
@@ -33,6 +33,13 @@ class _Server(actionlib.ActionServer):
             rospy.logwarn("a goal is refused: %s", why_not)
             return
         super().internal_goal_callback(goal)
+
+    def internal_cancel_callback(self, goal_id: GoalID) -> None:
+        """Take a request to cancel. One without id and stamp means every goal (actionlib), also one of `go_to`."""
+        super().internal_cancel_callback(goal_id)
+        if not goal_id.id and not goal_id.stamp:
+            with self.lock:
+                self._cancel_all()
 
 
 class GoalServer:
@@ -52,7 +59,7 @@ class GoalServer:
                  refuses: Callable[[Any], str]) -> None:
         self._accept, self._cancel = accept, cancel
         self._handle: Optional[Any] = None
-        self._server = _Server(refuses, self._goal, self._cancelled)
+        self._server = _Server(refuses, cancel, self._goal, self._cancelled)
         self.lock = self._server.lock
         self._own_goals = rospy.Publisher(NAME + "/goal", MoveBaseActionGoal, queue_size=1)
         rospy.Subscriber("move_base_simple/goal", PoseStamped, self._simple_goal, refuses, queue_size=1)
