@@ -11,7 +11,7 @@ import sys
 from typing import List, Tuple
 
 from simulated_robot import CYCLE, Setup, SimulatedRobot
-from navigation_cases import MODELS, real_numbers
+from navigation_cases import MODELS, numbers_of
 from navigation_drive import SPEED, TURN_RATE, TruePlace, set_accelerations
 
 from pioneer_control.floor_poses import Pose
@@ -34,7 +34,7 @@ def run(seed: int) -> Tuple[List[str], int, float]:
     grid_map = GridMap(cells, 0.05, origin)
     robots, navigators = [], []
     for number in (1, 0):       # the second first, as each robot begins at the first start and is carried away
-        setup = Setup(MODELS[(seed + number) % len(MODELS)], numbers=real_numbers(2 * seed + number, 40.0))
+        setup = Setup(MODELS[(seed + number) % len(MODELS)], numbers=numbers_of(2 * seed + number, 40.0))
         robot = SimulatedRobot(setup, world, seed + number)
         robot.firmware.hardware.carry(starts[number])
         world.crowd.enter(robot.firmware.hardware.body)

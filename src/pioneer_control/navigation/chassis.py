@@ -10,13 +10,11 @@ from typing import Any, FrozenSet, Iterable, List, NamedTuple, Tuple
 
 import numpy as np
 
-from ..robots import Transducer
+from ..robots import HALF_CONE, Transducer
 
 Array = Any     # of numpy
 Point = Tuple[float, float]
 
-HALF_CONE = math.radians(12.5)
-"""Half the opening angle (rad) of a sonar cone."""
 LOOKS = (0.2, 0.35, 0.5, 0.65, 0.8, 1.0, 1.2)
 """How far ahead along a move (m) a transducer may look: what it heard there is remembered when the robot comes."""
 GAP = 0.05

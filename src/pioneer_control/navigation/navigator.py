@@ -106,6 +106,7 @@ class _Task:
         self.waits_since: Optional[float] = None
         self.waits_for = ""
         self.told = STOP
+        self.stalls = 0
         self.blocked_since: Optional[float] = None
         self.blocked_at: Optional[Pose] = None
 
@@ -181,7 +182,7 @@ class Navigator:
         Returns:
             Why the goal is refused, for people; then the robot stands. Empty when it is accepted.
         """
-        self.cancel(now)
+        self.cancel()
         if heading is not None and not math.isfinite(heading):
             refusal = "the heading %g of the goal is not finite: give a number in radians" % heading
         else:
@@ -193,7 +194,7 @@ class Navigator:
             self._task = _Task(Pose(x, y, heading or 0.0), heading is not None, now)
         return refusal
 
-    def cancel(self, now: float) -> None:
+    def cancel(self) -> None:
         """Drop the goal. The robot stops."""
         self._task = None
         self._ended = Decision(STOP, State.IDLE, "no goal")
@@ -218,6 +219,9 @@ class Navigator:
         task = self._task
         if task is None:
             return self._ended
+        if task.stalls >= self._numbers.navigator.most_stalls:
+            return self._end(State.FAILED, "gave up: the wheels stalled %d times, by something that sonar does not hear"
+                             % task.stalls)
         hindrance = self._hindrance(sensing, health, now)
         if hindrance:
             return self._wait(task, hindrance, STOP, now)
@@ -254,6 +258,8 @@ class Navigator:
             x, y = (np.array(each) for each in zip(*points))
             scale = 1.0 + 0.03 / np.hypot(x, y)
             self._obstacles.add(*out_of(self._last.odometry, x * scale, y * scale), now)
+            if self._task is not None:
+                self._task.stalls += 1
         self._stalled = now
 
     def _hindrance(self, sensing: Optional[Sensing], health: Readiness, now: float) -> str:

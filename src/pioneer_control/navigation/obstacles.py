@@ -16,7 +16,8 @@ import numpy as np
 
 from ..floor_poses import Pose, compose, wrapped
 from ..maps.grid_map import GridMap
-from .chassis import HALF_CONE, Chassis
+from ..robots import HALF_CONE
+from .chassis import Chassis
 from .frames import into, out_of
 from .tuned import ObstacleNumbers
 from .values import Firing, Sensing

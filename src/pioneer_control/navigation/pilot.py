@@ -200,7 +200,7 @@ class Pilot:
     def cancel(self) -> None:
         """The goal counts no more; the robot stands."""
         self._explorer = self._goal = None
-        self._navigator.cancel(self.step.time)
+        self._navigator.cancel()
 
     def explore(self, on: bool) -> str:
         """Begin to explore, or end. Return why not, for people; empty: it does."""

@@ -174,6 +174,7 @@ class NavigatorNumbers:
     slow: float = parameter(5.0, Number(0.1, 600), "time without progress that counts as having no way", "s")
     progress: float = parameter(0.3, Number(0.01, 5), "what the cost to go must fall to count as progress", "m")
     rest: float = parameter(1.0, Number(0, 10), "time it stands after a stall", "s")
+    most_stalls: int = parameter(3, Whole(1, 100), "it gives up the goal when its wheels stall so often on the way")
     give_way: float = parameter(0.35, Number(0, 2), "it stands while what may walk is so near to its outline", "m")
     beside: float = parameter(5.0, Number(0, 60), "so long it does not turn on the spot after such was beside it", "s")
 

@@ -14,6 +14,8 @@ from typing import NamedTuple, Optional, Tuple
 Point = Tuple[float, float]
 
 ARRAY_SIZE = 8          # transducers are wired in arrays of eight, by number (ARCOS manual)
+HALF_CONE = math.radians(12.5)
+"""Half the opening angle (rad) of the cone in which a transducer hears."""
 GRIP_STATE_FIRST = frozenset(["AROS", "ARCOS", "AmigoSH"])
 
 

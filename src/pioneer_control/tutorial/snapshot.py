@@ -10,11 +10,8 @@ from typing import Iterable, NamedTuple, Optional, Tuple
 
 from ..errors import NoAnswerError
 from ..floor_poses import Pose
-from ..robots import RobotModel, Transducer
+from ..robots import HALF_CONE, RobotModel, Transducer
 from .clearance import Outline, Point
-
-#: Half the opening angle of a sonar cone [rad].
-HALF_CONE = math.radians(12.5)
 
 #: A transducer is a front transducer when the angle between its axis and straight ahead is less than this [rad].
 FRONT = math.radians(60)

@@ -123,7 +123,7 @@ def test_without_a_goal_it_stands():
 
 def test_after_cancel_it_stands():
     run = Run().driving()
-    run.navigator.cancel(run.time)
+    run.navigator.cancel()
     assert run.step() == (STOP, State.IDLE, "no goal") and run.navigator.plan == []
 
 
@@ -285,6 +285,18 @@ def test_after_a_stall_it_goes_round_what_sonar_does_not_hear():
         run.step(ready=Readiness(stalled=True))
     assert run.until(State.REACHED, State.FAILED).state is State.REACHED
     assert math.hypot(run.pose.x - where.x, run.pose.y - where.y) > 1.0
+
+
+def test_it_gives_up_when_its_wheels_stall_again_and_again():
+    run = Run().driving()
+    for stall in range(3):
+        assert run.decision.state is not State.FAILED, "%d stalls are not too many" % stall
+        for _ in range(3):
+            run.step(ready=Readiness(stalled=True))
+        for _ in range(15):
+            run.step()
+    assert run.decision.state is State.FAILED and "the wheels stalled 3 times" in run.decision.reason
+    assert run.decision.twist == STOP
 
 
 def test_the_plan_leads_from_the_robot_to_the_goal():
