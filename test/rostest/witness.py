@@ -17,12 +17,16 @@ class Witness:
         """`topics`: {topic: message class}."""
         self.changed = threading.Condition()
         self.seen = {topic: [] for topic in topics}
-        self._subscribers = [rospy.Subscriber(topic, kind, self._keep, topic) for topic, kind in topics.items()]
+        self._subscribers = {topic: rospy.Subscriber(topic, kind, self._keep, topic) for topic, kind in topics.items()}
 
     def _keep(self, message, topic):
         with self.changed:
             self.seen[topic].append(message)
             self.changed.notify_all()
+
+    def heard(self, topic):
+        """Return whether somebody publishes a topic and is connected: nothing that it publishes now is lost."""
+        return self._subscribers[topic].get_num_connections() > 0
 
     def last(self, topic):
         """Return the newest message of a topic. Waits for the first one."""
