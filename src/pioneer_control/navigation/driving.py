@@ -27,16 +27,12 @@ _STEP = 0.1     # s
 
 
 class Around(NamedTuple):
-    """What is around the robot: x and y (m, robot's frame) of what stands, and of what may walk.
-
-    `may_turn`: it may turn on the spot. Not when somebody may be beside it where no transducer looks.
-    """
+    """What is around the robot: x and y (m, robot's frame) of what stands, and of what may walk."""
 
     standing_x: Array
     standing_y: Array
     walking_x: Array
     walking_y: Array
-    may_turn: bool = True
 
 
 class SteeringChoice(NamedTuple):
@@ -106,7 +102,8 @@ class Steering:
                 wanted = self._turn_by(off)
             else:
                 top = tuned.backward if back else self._chassis.max_linear
-                speed = min(top, math.sqrt(2.0 * 0.6 * tuned.braking * distance), max(0.04, 1.2 * distance))
+                speed = min(top, math.sqrt(2.0 * 0.6 * tuned.braking * distance),
+                            max(0.04, tuned.final_gain * distance))
                 speed *= max(0.2, math.cos(2.0 * off))
                 bend = 2.0 * math.sin(off) / max(distance, 0.1)
                 wanted = Twist(-speed if back else speed, float(np.clip(speed * bend, -1.0, 1.0)))
@@ -164,7 +161,7 @@ class Steering:
         needed = speed * tuned.reaction + speed ** 2 / (2.0 * braking) + tuned.spare
         coming = np.where(turn, 0.0, tuned.walking * (tuned.reaction + speed / braking))
         allowed = ((standing[self._number] > needed) & (walking[self._number] > needed + coming)
-                   & self.moves.covered(live)[self._number] & (around.may_turn | ~turn))
+                   & self.moves.covered(live)[self._number])
         if squeeze:
             allowed &= (np.abs(self._linear) <= 0.1) & (np.abs(self._angular) <= 0.5)
         allowed[-1] = True

@@ -16,7 +16,7 @@ from ..maps.grid_map import GridMap
 from .chassis import Chassis, distance_outside
 from .driving import STOP, Around, SteeringChoice, Steering
 from .frames import into, out_of
-from .obstacles import Obstacles, Places, cells_near, edge_cells
+from .obstacles import Obstacles, cells_near, edge_cells
 from .planning import DrivableFloor, Point, RoutePlan, length_of
 from .tuned import NavigationNumbers
 from .values import Sensing, Twist
@@ -24,6 +24,7 @@ from .values import Sensing, Twist
 Array = Any     # of numpy
 _NEAR = 1.8     # m: farther faces of walls cannot end a move
 _GIVING_WAY = "giving way: something that is on no map is near, and may walk"
+_LOST = "the robot does not know where it is"
 _GOING_ROUND = "going round what is on no map"
 
 
@@ -224,7 +225,7 @@ class Navigator:
                              % task.stalls)
         hindrance = self._hindrance(sensing, health, now)
         if hindrance:
-            return self._wait(task, hindrance, STOP, now)
+            return self._wait(task, kind_of(hindrance), Decision(STOP, State.WAITING, hindrance), now)
         if not sure:
             return self._look_around(task, where, now)
         assert where is not None
@@ -281,14 +282,14 @@ class Navigator:
             return "the sonar is silent"
         return ""
 
-    def _wait(self, task: _Task, reason: str, twist: Twist, now: float) -> Decision:
-        kind = kind_of(reason)
+    def _wait(self, task: _Task, kind: str, decision: Decision, now: float) -> Decision:
+        """Return the decision to wait; or give up, when the robot has waited for reasons of this kind for too long."""
         if task.waits_since is None or task.waits_for != kind:
             task.waits_since, task.waits_for = now, kind
         task.progress += max(0.0, now - max(task.waits_since, task.progress))
         if now - task.waits_since > self._numbers.navigator.wait:
-            return self._end(State.FAILED, "gave up after %.0f s: %s" % (now - task.waits_since, reason))
-        return Decision(twist, State.WAITING, reason)
+            return self._end(State.FAILED, "gave up after %.0f s: %s" % (now - task.waits_since, decision.reason))
+        return decision
 
     def _end(self, state: State, reason: str) -> Decision:
         self._task = None
@@ -299,17 +300,16 @@ class Navigator:
         """Wait until the robot knows where it is. It may turn on the spot where sonar hears nothing near."""
         numbers = self._numbers.navigator
         task.planned, task.at_goal = -math.inf, False
-        reason = "the robot does not know where it is"
-        if where is not None and where.reason:
-            reason += ": " + where.reason
+        reason = _LOST if where is None or not where.reason else "%s: %s" % (_LOST, where.reason)
         twist = STOP
-        if task.waits_since is not None and now - task.waits_since > 1.0 and numbers.unsure_turn > 0.0:
+        waits = task.waits_for == _LOST and task.waits_since is not None and now - task.waits_since > 1.0
+        if waits and numbers.unsure_turn > 0.0:
             places = self._obstacles.heard()
             assert self._last is not None
             x, y = into(self._last.odometry, places.x, places.y)
             if np.hypot(x, y).min(initial=math.inf) > self._chassis.reach + numbers.unsure_room:
                 twist = Twist(0.0, min(numbers.unsure_turn, self._chassis.max_angular))
-        return self._wait(task, reason, twist, now)
+        return self._wait(task, _LOST, Decision(twist, State.WAITING, reason), now)
 
     def _drive(self, task: _Task, pose: Pose, now: float) -> Decision:
         numbers = self._numbers
@@ -379,26 +379,13 @@ class Navigator:
 
         A robot that makes its map has everything on no map yet: it does not ask.
         """
-        tuned = self._numbers.obstacles
         if self._through_unknown:
             return False
         places = self._obstacles.heard()
-        x, y = self._beside(places.chosen(~places.mapped & (now - places.since < tuned.proves_still)))
-        return bool((distance_outside(self._chassis.outline, x, y) < self._numbers.navigator.give_way).any())
-
-    def _may_turn(self, now: float) -> bool:
-        """Return whether nothing was lately near enough to be touched in a turn, and left without proof of standing."""
-        places, numbers = self._obstacles.heard(), self._numbers
-        if self._through_unknown:
-            return True
-        x, y = self._beside(places.chosen(~places.mapped & (now - places.time < numbers.navigator.beside)
-                                          & (places.time - places.since < numbers.obstacles.proves_still)))
-        return not (np.hypot(x, y) < self._chassis.reach + numbers.steering.margin_walking).any()
-
-    def _beside(self, places: Places) -> Tuple[Array, Array]:
-        """Return places in the robot's frame (m)."""
+        young = places.chosen(~places.mapped & (now - places.since < self._numbers.obstacles.proves_still))
         assert self._last is not None
-        return into(self._last.odometry, places.x, places.y)
+        x, y = into(self._last.odometry, young.x, young.y)
+        return bool((distance_outside(self._chassis.outline, x, y) < self._numbers.navigator.give_way).any())
 
     def _choose(self, task: _Task, pose: Pose, around: Around, live: List[int], now: float) -> Optional[SteeringChoice]:
         """Return the next velocity, or None when the robot stands at the goal."""
@@ -433,7 +420,7 @@ class Navigator:
         x, y = into(self._last.odometry, places.x, places.y)
         walking = ~places.mapped & (now - places.time < self._numbers.obstacles.young)
         wall_x, wall_y = cells_near(self._map, self._edges, pose, _NEAR)
-        return Around(np.append(x, wall_x), np.append(y, wall_y), x[walking], y[walking], self._may_turn(now))
+        return Around(np.append(x, wall_x), np.append(y, wall_y), x[walking], y[walking])
 
 
 def _rim(outline: Tuple[Point, ...]) -> List[Point]:

@@ -126,7 +126,7 @@ class ObstacleNumbers:
     kept_known: float = parameter(3.0, Number(0, 600), "time after which a wall's echo is forgotten", "s")
     young: float = parameter(1.5, Number(0, 60), "an echo younger than this may be of somebody who walks", "s")
     proves_still: float = parameter(2.0, Number(0, 60), "what was heard in one place for this time stands still", "s")
-    same_place: float = parameter(0.15, Number(0.01, 1), "echoes so near to the first one are from one place", "m")
+    same_place: float = parameter(0.2, Number(0.01, 1), "echoes so near to the first one are from one place", "m")
     seen_through: float = parameter(0.2, Number(0.02, 2), "an echo from this much farther has passed an obstacle", "m")
     passes: int = parameter(2, Whole(1, 50), "so often an echo must pass an obstacle until it is forgotten")
 
@@ -155,6 +155,7 @@ class SteeringNumbers:
                                      "s")
     arrived: float = parameter(0.035, Number(0.005, 0.5), "distance from the goal that is good enough", "m")
     arrived_heading: float = parameter(0.03, Number(0.005, 0.5), "heading off the goal's that is good enough", "rad")
+    final_gain: float = parameter(2.0, Number(0.1, 5), "its speed there for each metre that is left", "1/s")
     final: float = parameter(0.6, Number(0.1, 2), "distance from which the robot aims at the goal itself", "m")
 
 
@@ -175,8 +176,7 @@ class NavigatorNumbers:
     progress: float = parameter(0.3, Number(0.01, 5), "what the cost to go must fall to count as progress", "m")
     rest: float = parameter(1.0, Number(0, 10), "time it stands after a stall", "s")
     most_stalls: int = parameter(3, Whole(1, 100), "it gives up the goal when its wheels stall so often on the way")
-    give_way: float = parameter(0.35, Number(0, 2), "it stands while what may walk is so near to its outline", "m")
-    beside: float = parameter(5.0, Number(0, 60), "so long it does not turn on the spot after such was beside it", "s")
+    give_way: float = parameter(0.25, Number(0, 2), "it stands while what may walk is so near to its outline", "m")
 
 
 @dataclass(frozen=True)

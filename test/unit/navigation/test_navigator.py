@@ -101,18 +101,17 @@ def stands(run):
 def test_it_stands_while_somebody_walks_beside_it_and_goes_on_after():
     run = Run(start=Pose(1.0, 2.0, 0.0)).driving((5.0, 2.0, None))
     for step in range(40):      # past the robot on its left, from behind
-        run.posts = [(run.pose.x - 0.3 + 0.03 * step, run.pose.y + 0.45)]
+        run.posts = [(run.pose.x - 0.3 + 0.03 * step, run.pose.y + 0.4)]
         run.step()
-        assert step < 6 or step > 25 or stands(run)
+        assert step < 6 or step > 20 or stands(run)
     run.posts = ()
     assert run.until(State.REACHED, State.FAILED).state is State.REACHED
 
 
 def test_it_goes_on_beside_what_has_proved_to_stand_still():
     run = Run(start=Pose(1.0, 2.0, 0.0)).driving((5.0, 2.0, None))
-    run.posts, began = [(run.pose.x, run.pose.y + 0.45)], run.time
-    run.step()
-    assert stands(run)
+    run.posts, began = [(run.pose.x + 0.05, run.pose.y + 0.4)], run.time
+    assert run.until(State.WAITING, seconds=0.5) and stands(run)
     run.until(State.DRIVING)
     assert 1.8 < run.time - began < 3.0
 
@@ -260,6 +259,15 @@ def test_it_does_not_even_turn_while_unsure_beside_something():
     run.posts = [(run.pose.x, run.pose.y + 0.4), (run.pose.x + 0.45, run.pose.y)]
     for _ in range(50):
         assert run.step(where=lost()).twist == STOP
+
+
+def test_another_doubt_is_the_same_wait():
+    run = Run(start=Pose(3.0, 2.0, 0.0)).driving((1.0, 1.0, None))
+    turned, doubts = 0.0, ["nothing fits", "other places look like this one"]
+    while run.decision.state is not State.FAILED and run.time < 120.0:
+        doubts.reverse()
+        turned += abs(run.step(where=lost(doubts[0])).twist.angular) * 0.1
+    assert turned > 1.0 and "gave up after 6 s" in run.decision.reason
 
 
 def test_it_gives_up_when_it_never_knows_where_it_is():

@@ -17,6 +17,7 @@ from pioneer_control.simulator.world.generated import (
 from pioneer_control.simulator.world.geometry import is_inside
 from pioneer_control.simulator.world.grids import flood
 from pioneer_control.simulator.world.offices import _Plan, office
+from pioneer_control.simulator.world.people import Footways
 from pioneer_control.simulator.world.poses import closed
 from pioneer_control.simulator.world.world import FREE, START_CLEARANCE, World
 
@@ -205,6 +206,13 @@ def test_obstacles_that_are_on_no_map(name):
     lost = [point for point in free.tolist() if tuple(point) not in after]
     assert lost and all(cluttered.clearance(*point) < 0.3 or any(
         each.corners and is_inside(*point, each.corners) for each in cluttered.unmapped) for point in lost)
+
+
+def test_what_is_on_no_map_shuts_nobody_in_with_a_robot():
+    world = random_world(1038, "corridors")
+    for seed in range(6):
+        before, after = (Footways(each)._free.sum() for each in (world, with_unmapped(world, 3, seed)))
+        assert after > 0.8 * before
 
 
 def test_a_full_floor_gets_fewer_obstacles():

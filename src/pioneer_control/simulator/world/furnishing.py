@@ -14,6 +14,8 @@ from .world import Furniture, World
 
 PASSAGE = 0.3
 """Half the width (m) of the ways that stay open: at every obstacle a robot 0.5 m wide gets past, with some room."""
+PASSAGE_OF_PEOPLE = 0.4
+"""The same for people: who is shut in with a robot cannot give way to it."""
 RESOLUTION = 0.1
 """Side (m) of a cell of the grid on which ways are searched."""
 CHAIR_LEG = 0.02
@@ -43,26 +45,30 @@ class Furnishing:
     Args:
         world: the world. It is not changed.
         kept: places ``(x, y, distance)`` that every obstacle must keep away from: doors, and where robots start.
+        passages: half the widths (m) of the ways that stay open, where they are open.
 
     Attributes:
         obstacles: what was put there so far.
     """
 
-    def __init__(self, world: World, kept: Sequence[Tuple[float, float, float]] = ()):
-        self._world, self._kept = world, kept
+    def __init__(self, world: World, kept: Sequence[Tuple[float, float, float]] = (),
+                 passages: Sequence[float] = (PASSAGE,)):
+        self._world, self._kept, self._passages = world, kept, passages
         low_x, low_y, high_x, high_y = world.bounds
         self._x = np.arange(low_x + RESOLUTION / 2.0, high_x, RESOLUTION)
         self._y = np.arange(low_y + RESOLUTION / 2.0, high_y, RESOLUTION)
-        fits = world.clearances(self._x, self._y, limit=PASSAGE) >= PASSAGE
-        self._seeds = np.zeros_like(fits)
+        self._seeds = np.zeros((len(self._y), len(self._x)), dtype=bool)
         for x, y, _ in world.starts:
             self._seeds[abs(self._y - y).argmin(), abs(self._x - x).argmin()] = True
-        self._reached = flood(self._seeds, fits)
+        self._reached = [flood(self._seeds, world.clearances(self._x, self._y, limit=passage) >= passage)
+                         for passage in passages]
         self.obstacles: List[Furniture] = []
 
     def reached(self) -> Array:
-        """Return the points (n, 2) that the middle of a robot can reach from a start, on a grid."""
-        rows, columns = np.nonzero(self._reached)
+        """Return the points (n, 2) that the middle of a robot can reach from a start, on a grid, by the first of the
+        passages.
+        """
+        rows, columns = np.nonzero(self._reached[0])
         return np.column_stack((self._x[columns], self._y[rows]))
 
     def put(self, obstacle: Furniture) -> bool:
@@ -76,20 +82,20 @@ class Furnishing:
                 np.concatenate(solids.distances(np.array(x), np.array(y))).min() < distance
                 for x, y, distance in self._kept):
             return False
-        left = self._reached & ~self._covered(obstacle)
-        if (flood(self._seeds & left, left) != left).any():
+        left = [reached & ~self._covered(obstacle, passage) for reached, passage in zip(self._reached, self._passages)]
+        if any((flood(self._seeds & each, each) != each).any() for each in left):
             return False
         self._reached = left
         self.obstacles.append(obstacle)
         return True
 
-    def _covered(self, obstacle: Furniture) -> Array:
-        """Return the cells of the grid that the middle of a robot cannot reach any more, because of an obstacle."""
-        clearance = obstacle.solids.clearances(self._x, self._y, limit=PASSAGE)
+    def _covered(self, obstacle: Furniture, passage: float) -> Array:
+        """Return the cells of the grid that are nearer to an obstacle than half a passage, or in it."""
+        clearance = obstacle.solids.clearances(self._x, self._y, limit=passage)
         inside = np.full(clearance.shape, bool(obstacle.corners))
         for x1, y1, x2, y2 in obstacle.walls:    # counter-clockwise
             inside &= (x2 - x1) * (self._y[:, None] - y1) - (y2 - y1) * (self._x - x1) > 0.0
-        covered: Array = inside | (clearance < PASSAGE)
+        covered: Array = inside | (clearance < passage)
         return covered
 
     def _overlaps(self, obstacle: Furniture) -> bool:

@@ -12,7 +12,7 @@ from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Set, Tu
 
 from ...errors import WorldError
 from .free_space import room
-from .furnishing import Furnishing, box, post
+from .furnishing import PASSAGE, PASSAGE_OF_PEOPLE, Furnishing, box, post
 from .offices import office
 from .poses import Point, Wall, box_walls, closed, compose, unit
 from .world import START_CLEARANCE, Walk, World
@@ -78,12 +78,12 @@ def named_world(name: str) -> Optional[World]:
 def with_unmapped(world: World, count: int, seed: int) -> World:
     """Return a copy of a world with boxes and posts that are on no map, at random places on its free floor.
 
-    They cut off no floor: a robot 0.5 m wide gets everywhere where it got before. They keep away from starts, docks and
-    goals. There are fewer than `count` if the floor has no room for more.
+    They cut off no floor: a robot 0.5 m wide gets everywhere where it got before, and so do people. They keep away from
+    starts, docks and goals. There are fewer than `count` if the floor has no room for more.
     """
     rng = random.Random("unmapped %s" % seed)
     kept = [(x, y, START_CLEARANCE + 0.1) for x, y, _ in (*world.starts, *world.docks, *world.goals.values())]
-    furnishing = Furnishing(world, kept)
+    furnishing = Furnishing(world, kept, (PASSAGE, PASSAGE_OF_PEOPLE))
     for _ in range(TRIES * count):
         free = furnishing.reached()
         if len(furnishing.obstacles) == count or not len(free):
