@@ -14,22 +14,19 @@ from typing import List, NamedTuple
 
 import numpy as np
 from navigation_cases import case
-from navigation_drive import SPEED, TURN_RATE, TruePlace, set_accelerations
+from navigation_drive import SPEED, TURN_RATE, set_accelerations
 from navigation_map import Drive, MapRun, calibrated, draw, free_right, transducers, walls_found
 from simulated_robot import SimulatedRobot
 
 from pioneer_control.floor_poses import Pose
-from pioneer_control.maps import FREE, UNKNOWN, GridMap
+from pioneer_control.maps import FREE, GridMap
 from pioneer_control.navigation.chassis import Chassis
-from pioneer_control.navigation.exploring import Explorer
-from pioneer_control.navigation.mapping import Mapper
-from pioneer_control.navigation.navigator import Navigator, Readiness, State
+from pioneer_control.navigation.navigator import Readiness, State
+from pioneer_control.navigation.pilot import Pilot
 from pioneer_control.simulator.world.grids import flood
 
 ROOM = 0.10  # m on each side of the robot
-NEWER = 2.0  # s after which the navigator gets the newer map
 HOME = 0.3  # m
-LEARNT = 12  # unknown cells near a goal; with fewer there is nothing to learn any more
 
 
 class Exploration(NamedTuple):
@@ -43,11 +40,11 @@ class Exploration(NamedTuple):
     seconds: float
     way: float  #: m
     goals: int
-    given_up: int
     contacts: int
     worst: float  #: m, greatest error of its pose
     found: float  #: share of the walls
-    choosing_ms: float  #: at worst, to choose a goal
+    ms_mean: float  #: of a packet
+    ms_worst: float
     ended: str
 
 
@@ -57,65 +54,44 @@ def explored(options: argparse.Namespace, seed: int) -> Exploration:
     robot = SimulatedRobot(its.setup, its.world, seed)
     chassis = Chassis(transducers(its), tuple(robot.model.outline(its.setup.gripper)), SPEED, TURN_RATE)
     home = Pose(*robot.firmware.true_pose)
-    mapper, explorer = Mapper(transducers(its), pose=home), Explorer(home, chassis.half_width + ROOM)
-    sensing = robot.sense()
-    mapper.update(sensing)
-    navigator = Navigator(mapper.grid_map(), chassis, through_unknown=True)
-    set_accelerations(robot, navigator.acceleration_wanted)
-    drive, own = Drive(its, [], []), []
-    goal, looking, goals, given_up, newer, choosing, ended = None, False, 0, 0, 0.0, 0.0, "out of time"
-    while sensing.time < options.minutes * 60.0:
-        decision = navigator.step(sensing, TruePlace(mapper.pose), Readiness(), sensing.time)
-        robot.command(*decision.twist)
+    pilot = Pilot(None, chassis, start=home)
+    step = pilot.sense(robot.sense(), Readiness())
+    set_accelerations(robot, pilot.accelerations)
+    pilot.explore(True)
+    drive, own, costs = Drive(its, [], []), [], []
+    goal, goals = None, 0
+    while step.time < options.minutes * 60.0 and (step.time < 10.0 or step.state in (State.DRIVING, State.WAITING)):
+        robot.command(*step.twist)
         sensing = robot.sense()
-        own.append(mapper.update(sensing))
+        began = time.process_time()
+        step = pilot.sense(sensing, Readiness())
+        costs.append(1000.0 * (time.process_time() - began))
+        own.append(step.where.pose)
         drive.sensings.append(sensing)
         drive.poses.append(Pose(*robot.firmware.true_pose))
-        if sensing.time >= newer:
-            newer = sensing.time + NEWER
-            navigator.use_map(mapper.grid_map())
-        is_over = decision.state in (State.IDLE, State.REACHED, State.FAILED)
-        if goal is not None and not is_over and not looking and sensing.time >= newer - 0.05:
-            is_over = unknown_near(mapper.grid_map(), goal) < LEARNT
-        if not is_over:
-            continue
-        if goal is not None and explorer.homeward:
-            ended = "%s: %s" % (decision.state.value, decision.reason)
-            break
-        grid_map = mapper.grid_map()
-        if goal is not None and not looking and unknown_near(grid_map, goal) >= LEARNT:
-            explorer.give_up(goal)
-            given_up += 1
-        began = time.process_time()
-        following = explorer.next(grid_map, mapper.pose)
-        choosing = max(choosing, 1000.0 * (time.process_time() - began))
-        goal, looking = following.pose, following.with_heading
-        goals += 1
-        navigator.use_map(grid_map)
-        refusal = navigator.go_to(goal.x, goal.y, goal.heading if following.with_heading else None, sensing.time)
-        if options.verbose:
-            print("%6.1f s at (%.2f, %.2f): (%.2f, %.2f) %s %s" % (
-                sensing.time, mapper.pose.x, mapper.pose.y, goal.x, goal.y, following.reason, refusal))
-    mapper.finish()
-    grid_map, end = mapper.grid_map(), robot.firmware.true_pose
-    worst = max(math.hypot(a.x - b.x, a.y - b.y) for a, b in zip(own, drive.poses))
+        if step.goal is not None and step.goal != goal:
+            goal, goals = step.goal, goals + 1
+            if options.verbose:
+                print("%6.1f s at (%.2f, %.2f), %.2f m off: (%.2f, %.2f) %s" % (
+                    step.time, *own[-1][:2], off(own[-1], drive.poses[-1]), goal.x, goal.y, step.reason))
+    pilot.finish()
+    grid_map, end = pilot.grid, drive.poses[-1]
+    worst = max(off(a, b) for a, b in zip(own, drive.poses))
     found = float(walls_found(drive, grid_map).mean())
     if options.picture:
         os.makedirs(options.picture, exist_ok=True)
         run = MapRun("explored", seed, found, free_right(drive, grid_map), worst, 0.0, 0.0)
         draw(drive, [(run, grid_map, own)], os.path.join(options.picture, "explore-%d.png" % seed))
-    way = sum(math.hypot(b.x - a.x, b.y - a.y) for a, b in zip(drive.poses, drive.poses[1:]))
+    way = sum(off(a, b) for a, b in zip(drive.poses, drive.poses[1:]))
     return Exploration(
         seed, its.world.name, its.setup.model, known_share(drive, grid_map, home, chassis.half_width + ROOM),
-        math.hypot(end[0] - home.x, end[1] - home.y) < HOME, sensing.time, way, goals, given_up,
-        robot.firmware.contacts, worst, found, choosing, ended)
+        off(end, home) < HOME, step.time, way, goals, robot.firmware.contacts, worst, found,
+        float(np.mean(costs)), max(costs), "%s: %s" % (step.state.value, step.reason))
 
 
-def unknown_near(grid_map: GridMap, goal: Pose, reach: float = 0.5) -> int:
-    """Return how many unknown cells lie near a goal."""
-    x, y = np.meshgrid(np.arange(goal.x - reach, goal.x + reach, grid_map.resolution),
-                       np.arange(goal.y - reach, goal.y + reach, grid_map.resolution))
-    return int((grid_map.at(x, y) == UNKNOWN).sum())
+def off(one: Pose, other: Pose) -> float:
+    """Return the distance (m) of two poses."""
+    return math.hypot(one.x - other.x, one.y - other.y)
 
 
 def known_share(drive: Drive, grid_map: GridMap, home: Pose, radius: float) -> float:
@@ -146,10 +122,10 @@ def main(options: argparse.Namespace) -> int:
         seeds = range(int(first), int(last or first) + 1)
         for run in pool.imap(functools.partial(explored, options), seeds):
             runs.append(run)
-            print("%-18s %-8s known %5.1f %%, %s, %4.0f s, %4.0f m, %d goals, %d given up, %d contacts, "
-                  "pose %.2f m, walls %.0f %%, choosing %.0f ms; %s" % (
+            print("%-18s %-8s known %5.1f %%, %s, %4.0f s, %4.0f m, %d goals, %d contacts, "
+                  "pose %.2f m, walls %.0f %%, %.1f ms a packet, at worst %.0f; %s" % (
                       run.world, run.model, 100 * run.known, "home" if run.home else "NOT HOME", run.seconds, run.way,
-                      run.goals, run.given_up, run.contacts, run.worst, 100 * run.found, run.choosing_ms, run.ended),
+                      run.goals, run.contacts, run.worst, 100 * run.found, run.ms_mean, run.ms_worst, run.ended),
                   flush=True)
     print("known: mean %.1f %%, at 97 %% or more %d of %d; home %d of %d; contacts %d" % (
         100 * np.mean([run.known for run in runs]), sum(run.known >= 0.97 for run in runs), len(runs),

@@ -8,29 +8,50 @@ import math
 from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
-from scipy.ndimage import binary_dilation, distance_transform_edt, label
+from scipy.ndimage import binary_dilation, distance_transform_edt, label, uniform_filter
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import cKDTree
 
 from ..floor_poses import Pose, wrapped
 from ..maps import FREE, OCCUPIED, UNKNOWN, GridMap
+from .planning import Point
 from .tuned import ExploringNumbers
 
 Array = Any     # of numpy
 
 _ALL_ROUND = np.ones((3, 3), dtype=bool)
-
-
 _LOOKS = 3
 """Goals in which a robot turns round once, before all others: it has to know its own surroundings."""
+_STANDPOINTS = 6
+"""Places before an end of the map that are looked at to find one from which it can be seen."""
 
 
 class NextGoal(NamedTuple):
-    """Where to go next, and why, for people. `pose` is None: nothing is left. `with_heading`: its heading counts."""
+    """Where to go next.
+
+    Attributes:
+        pose: the goal; None: nothing is left.
+        reason: why, for people.
+        with_heading: whether its heading counts.
+        end: the end of the map (m) that the robot is to see from there; None if it goes for another reason.
+        length: of the way there (m).
+    """
 
     pose: Optional[Pose]
     reason: str
     with_heading: bool = False
+    end: Optional[Point] = None
+    length: float = 0.0
+
+
+class _Attempt:
+    """A goal on the way, and how it goes."""
+
+    def __init__(self, goal: NextGoal, pose: Pose, time: float):
+        self.goal = goal
+        self.began = time
+        self.moved, self.moved_at = pose, time      # where it last was elsewhere, and when (s)
 
 
 class Explorer:
@@ -44,27 +65,96 @@ class Explorer:
 
     def __init__(self, home: Pose, radius: float, numbers: ExploringNumbers = ExploringNumbers()) -> None:
         self._home, self._radius, self._numbers = home, radius, numbers
-        self._given_up: List[Tuple[float, float]] = []
+        self._given_up: List[Point] = []
+        self._tried: List[Point] = []
         self._looks = 0
+        self._attempt: Optional[_Attempt] = None
         self.homeward = False
         """Whether the present goal is home."""
 
-    def next(self, grid_map: GridMap, pose: Pose) -> NextGoal:
-        """Return where to go now. Ask again when it is there, or when it failed, or when the map has grown."""
+    def next(self, grid_map: GridMap, pose: Pose, time: float) -> NextGoal:
+        """Return where to go now (map frame; s). Ask again when it is there, when it failed, or when it `is_over`."""
+        goal = self._next(grid_map, pose)
+        self._attempt = _Attempt(goal, pose, time)
+        if goal.end is not None:
+            self._tried.append(goal.end)
+        return goal
+
+    def is_over(self, pose: Pose, time: float, grid_map: Optional[GridMap] = None) -> bool:
+        """Return whether it is not worth while to drive on to the present goal: the end of the map is known meanwhile,
+        or the robot does not get on.
+
+        Args:
+            pose: where the robot is (map frame).
+            time: the time (s).
+            grid_map: the map, when there is a newer one.
+        """
+        attempt, numbers = self._attempt, self._numbers
+        if attempt is None or attempt.goal.end is None:
+            return False
+        if math.hypot(pose.x - attempt.moved.x, pose.y - attempt.moved.y) > numbers.moved:
+            attempt.moved, attempt.moved_at = pose, time
+        return (time - attempt.moved_at > numbers.stuck
+                or time - attempt.began > numbers.patience + numbers.patience_per_metre * attempt.goal.length
+                or grid_map is not None and not attempt.goal.with_heading
+                and self._is_known(grid_map, attempt.goal.end))
+
+    def refused(self) -> None:
+        """The present goal is one that the robot cannot go to."""
+        if self._attempt is not None and self._attempt.goal.end is not None:
+            self._given_up.append(self._attempt.goal.end)
+            self._attempt = None
+
+    def held_up(self, time: float) -> None:
+        """The robot must not move just now (s): this time does not count."""
+        if self._attempt is not None:
+            self._attempt.began = self._attempt.moved_at = time
+
+    def _next(self, grid_map: GridMap, pose: Pose) -> NextGoal:
         if self._looks < _LOOKS:
             self._looks += 1
             turned = wrapped(pose.heading + 2.0 * math.pi / _LOOKS)
             return NextGoal(Pose(pose.x, pose.y, turned), "to look round", True)
-        goal = next_goal(grid_map, pose, self._radius, self._given_up, self._numbers)
+        before = self._attempt.goal if self._attempt is not None else None
+        if before is not None and before.end is not None and not self._is_known(grid_map, before.end):
+            x, y = before.end
+            if not before.with_heading and math.hypot(x - pose.x, y - pose.y) < self._numbers.sees:
+                looks = math.atan2(y - pose.y, x - pose.x)
+                return NextGoal(Pose(pose.x, pose.y, looks), "to look at the end of the map", True, before.end)
+            self._given_up.append(before.end)
+        goal = next_goal(grid_map, pose, self._radius, self._left_alone(), self._numbers)
         self.homeward = goal.pose is None
         return NextGoal(self._home, goal.reason + ": home", True) if self.homeward else goal
 
-    def give_up(self, goal: Pose) -> None:
-        """Do not try this goal again: the robot could not get there, or learnt nothing there."""
-        self._given_up.append((goal.x, goal.y))
+    def _is_known(self, grid_map: GridMap, end: Point) -> bool:
+        """Return whether most cells round an end of the map are known now."""
+        offs = np.arange(-3, 4) * grid_map.resolution
+        x, y = np.meshgrid(end[0] + offs, end[1] + offs)
+        return bool((grid_map.at(x, y) == UNKNOWN).mean() < self._numbers.still_unknown)
+
+    def _left_alone(self) -> List[Point]:
+        """Return the ends of the map that were given up, or tried so often that they will not become known."""
+        near = self._numbers.given_up / 2.0
+        return self._given_up + [end for end in self._tried if sum(
+            math.hypot(end[0] - other[0], end[1] - other[1]) < near for other in self._tried) > self._numbers.tries]
 
 
-def next_goal(grid_map: GridMap, pose: Pose, radius: float, given_up: Sequence[Tuple[float, float]] = (),
+class _ExploredFloor(NamedTuple):
+    """What a robot that explores knows of the floor.
+
+    `grid` has unknown cells round it. `to_wall` is the distance (m) of its cells from walls; `open_unknown` and
+    `reached` say which cells have room for the robot and are unknown, or can be reached; `way` is the length (m) of
+    the way to the latter.
+    """
+
+    grid: GridMap
+    to_wall: Array
+    open_unknown: Array
+    reached: Array
+    way: Array
+
+
+def next_goal(grid_map: GridMap, pose: Pose, radius: float, given_up: Sequence[Point] = (),
               numbers: ExploringNumbers = ExploringNumbers()) -> NextGoal:
     """Choose the end of the map that is worth its way most.
 
@@ -72,51 +162,102 @@ def next_goal(grid_map: GridMap, pose: Pose, radius: float, given_up: Sequence[T
         grid_map: the map as it is now.
         pose: where the robot is (map frame).
         radius: distance (m) from walls that its middle needs.
-        given_up: x, y (m) of goals that failed.
+        given_up: x, y (m) of ends of the map that are left alone.
         numbers: what was tuned.
 
     Returns:
         A pose on known floor before the end of the map, looking at it; or no pose, and why.
     """
+    floor = _floor(grid_map, pose, radius, numbers)
+    if not floor.reached.any():
+        return NextGoal(None, "no known floor with room for the robot is near it")
+    ends, alone = _ends(floor, given_up, numbers)
+    if not len(ends):
+        return NextGoal(None, "all that can be reached is known" + (
+            ", but for %d places that were given up" % len(given_up) if alone else ""))
+    step = floor.grid.resolution
+    width = 2 * round(numbers.view / step) + 1
+    gains = uniform_filter(floor.open_unknown.astype(np.float32), width, mode="constant") * (width * step) ** 2
+    seen_from = _Standpoints(floor, radius + numbers.comfort)
+    best, best_cost = NextGoal(None, ""), math.inf
+    for row, column in ends:
+        x, y = (float(each) for each in floor.grid.middle(row, column))
+        goal_row, goal_column = seen_from.best(row, column)
+        goal_x, goal_y = (float(each) for each in floor.grid.middle(goal_row, goal_column))
+        gain, length = float(gains[row, column]), float(floor.way[goal_row, goal_column])
+        turn = abs(wrapped(math.atan2(goal_y - pose.y, goal_x - pose.x) - pose.heading)) if length > radius else 0.0
+        cost = length + numbers.turn * turn - numbers.gain * min(gain, numbers.most_gain)
+        if cost < best_cost:
+            best_cost, best = cost, NextGoal(
+                Pose(goal_x, goal_y, math.atan2(y - goal_y, x - goal_x)),
+                "to an end of the map, %.1f m away: %.1f m^2 are unknown there" % (length, gain), False, (x, y), length)
+    return best
+
+
+def _floor(grid_map: GridMap, pose: Pose, radius: float, numbers: ExploringNumbers) -> _ExploredFloor:
     cells, here = _with_room_to_stand(grid_map, pose, radius + numbers.off_floor)
     grid = GridMap(cells, grid_map.resolution, here)
     to_wall = distance_transform_edt(np.pad(cells != OCCUPIED, 1, constant_values=True))[1:-1, 1:-1] * grid.resolution \
         if (cells == OCCUPIED).any() else np.full(cells.shape, np.inf)
     room = to_wall > radius
     way, reached = _ways(room & (cells == FREE), grid, pose, numbers.off_floor)
-    if not reached.any():
-        return NextGoal(None, "no known floor with room for the robot is near it")
-    open_unknown = room & (cells == UNKNOWN)
-    ends, count = label(open_unknown & binary_dilation(reached, _ALL_ROUND), _ALL_ROUND)
-    best, best_cost, skipped = None, math.inf, 0
-    reached_rows, reached_columns = np.nonzero(reached)
-    reached_x, reached_y = grid.middle(reached_rows, reached_columns)
-    unknown_x, unknown_y = grid.middle(*np.nonzero(open_unknown))
-    for number in range(1, count + 1):
-        rows, columns = np.nonzero(ends == number)
-        x, y = grid.middle(rows, columns)
-        if max(np.ptp(x), np.ptp(y)) + grid.resolution < numbers.least_width:
-            continue
-        middle = int(np.hypot(x - x.mean(), y - y.mean()).argmin())
-        nearest = int(np.hypot(reached_x - x[middle], reached_y - y[middle]).argmin())
-        goal_x, goal_y = float(reached_x[nearest]), float(reached_y[nearest])
-        if any(math.hypot(goal_x - tried[0], goal_y - tried[1]) < numbers.given_up for tried in given_up):
-            skipped += 1
-            continue
-        gain = float((np.hypot(unknown_x - goal_x, unknown_y - goal_y) < numbers.view).sum()) * grid.resolution ** 2
-        length = float(way[reached_rows[nearest], reached_columns[nearest]])
-        turn = abs(wrapped(math.atan2(goal_y - pose.y, goal_x - pose.x) - pose.heading)) if length > radius else 0.0
-        cost = length + numbers.turn * turn - numbers.gain * min(gain, numbers.most_gain)
-        if cost < best_cost:
-            looks = math.atan2(y[middle] - goal_y, x[middle] - goal_x)
-            best_cost, best = cost, NextGoal(
-                Pose(goal_x, goal_y, looks),
-                "to an end of the map, %.1f m away: %.1f m^2 are unknown there" % (length, gain))
-    if best is not None:
-        return best
-    if skipped:
-        return NextGoal(None, "all that can be reached is known, but for %d places that were given up" % skipped)
-    return NextGoal(None, "all that can be reached is known")
+    return _ExploredFloor(grid, to_wall, room & (cells == UNKNOWN), reached, way)
+
+
+def _ends(floor: _ExploredFloor, given_up: Sequence[Point], numbers: ExploringNumbers) -> Tuple[Array, bool]:
+    """Return the ends of the map in pieces, as rows and columns of their middle cells, array (n, 2); and whether some
+    were left alone.
+    """
+    edge = floor.open_unknown & binary_dilation(floor.reached, _ALL_ROUND)
+    numbered, count = label(edge, _ALL_ROUND)
+    rows, columns = np.nonzero(edge)
+    part = numbered[rows, columns] - 1
+    low, high = np.full((2, count), 10 ** 9), np.full((2, count), -10 ** 9)
+    for axis, values in enumerate((rows, columns)):
+        np.minimum.at(low[axis], part, values)
+        np.maximum.at(high[axis], part, values)
+    wide = ((high - low + 1).max(axis=0) * floor.grid.resolution >= numbers.least_width)[part]
+    x, y = floor.grid.middle(rows, columns)
+    alone = np.zeros(len(rows), dtype=bool)
+    for end in given_up:
+        alone |= np.hypot(x - end[0], y - end[1]) < numbers.given_up
+    kept = np.nonzero(wide & ~alone)[0]
+    # Pieces lie on a lattice that is fixed to the floor: they stay the same when the map grows.
+    key = np.stack((part[kept], np.floor(x[kept] / numbers.piece), np.floor(y[kept] / numbers.piece)))
+    _, piece = np.unique(key, axis=1, return_inverse=True)
+    middles = []
+    for number in range(piece.max(initial=-1) + 1):
+        cells = kept[piece.ravel() == number]
+        middles.append(cells[int(np.hypot(x[cells] - x[cells].mean(), y[cells] - y[cells].mean()).argmin())])
+    return np.stack((rows[middles], columns[middles]), axis=1) if middles else np.zeros((0, 2), int), \
+        bool((wide & alone).any())
+
+
+class _Standpoints:
+    """The places from which ends of the map can be seen: such with ample room, if there are any near."""
+
+    def __init__(self, floor: _ExploredFloor, ample: float) -> None:
+        self._cells = floor.grid.cells
+        self._reached = np.argwhere(floor.reached)
+        self._ample = np.argwhere(floor.reached & (floor.to_wall > ample))
+        self._near = cKDTree(self._reached)
+        self._near_ample = cKDTree(self._ample) if len(self._ample) else None
+        self._most = 0.6 / floor.grid.resolution
+
+    def best(self, row: int, column: int) -> Tuple[int, int]:
+        """Return the cell from which an end of the map, a cell, is seen best."""
+        if self._near_ample is not None:
+            _, found = self._near_ample.query((row, column), _STANDPOINTS, distance_upper_bound=self._most)
+            for index in found[found < len(self._ample)]:
+                if self._sees(self._ample[index], (row, column)):
+                    return int(self._ample[index][0]), int(self._ample[index][1])
+        nearest = self._reached[self._near.query((row, column))[1]]
+        return int(nearest[0]), int(nearest[1])
+
+    def _sees(self, here: Array, there: Tuple[int, int]) -> bool:
+        share = np.linspace(0.0, 1.0, 25)
+        rows, columns = (np.round(here[axis] + share * (there[axis] - here[axis])).astype(int) for axis in range(2))
+        return not (self._cells[rows, columns] == OCCUPIED).any()
 
 
 def _with_room_to_stand(grid_map: GridMap, pose: Pose, margin: float) -> Tuple[Array, Tuple[float, float]]:

@@ -2,7 +2,6 @@
 goals, and explores. The node and the benches use it alike.
 """
 
-import math
 from typing import Any, List, NamedTuple, Optional, Union
 
 import numpy as np
@@ -28,8 +27,8 @@ LISTENS = 2.0
 """Time (s) in which the robot listens before it explores."""
 MOST_REFUSALS = 20
 """How many goals of the explorer the navigator may refuse, one after the other."""
-SAME_PLACE = 0.3
-"""Distance (m) within which two goals of the explorer are the same: there is nothing more to learn."""
+HOME_TRIES = 3
+"""How often it tries to come home."""
 WORKS = State.DRIVING, State.WAITING
 """The states with a goal."""
 
@@ -94,15 +93,16 @@ class KnownMap:
 
 
 class OwnMap:
-    """Makes a map while the robot drives, and knows where the robot is on it. It begins at 0, 0, 0.
+    """Makes a map while the robot drives, and knows where the robot is on it.
 
     Args:
         chassis: the robot.
         numbers: the tuned numbers.
+        start: where it begins (map frame).
     """
 
-    def __init__(self, chassis: Chassis, numbers: NavigationNumbers):
-        self._mapper = Mapper(chassis.transducers, numbers.sonar_grid, numbers.scan_match, numbers.mapper)
+    def __init__(self, chassis: Chassis, numbers: NavigationNumbers, start: Pose):
+        self._mapper = Mapper(chassis.transducers, numbers.sonar_grid, numbers.scan_match, numbers.mapper, start)
         self._covariance = np.diag((0.1, 0.1, 0.05)) ** 2      # within a stretch of path
 
     @property
@@ -145,15 +145,17 @@ class Pilot:
         chassis: the robot.
         numbers: the tuned numbers.
         seed: of what chance decides.
+        start: where the robot begins on a map that it makes (map frame).
     """
 
     def __init__(self, floor: Optional[FloorMap], chassis: Chassis, numbers: NavigationNumbers = NavigationNumbers(),
-                 seed: int = 0):
+                 seed: int = 0, start: Pose = Pose(0.0, 0.0, 0.0)):
         self._chassis, self._numbers = chassis, numbers
         self._knows: Union[KnownMap, OwnMap] = (
-            OwnMap(chassis, numbers) if floor is None else KnownMap(floor, chassis, numbers, seed))
+            OwnMap(chassis, numbers, start) if floor is None else KnownMap(floor, chassis, numbers, seed))
         self._explorer: Optional[Explorer] = None
         self._explore_from = 0.0
+        self._home_tries = 0
         self._mapped = -NEW_MAP_EVERY
         self._navigator = Navigator(self._knows.drivable, chassis, numbers, self.makes_map)
         self._goal: Optional[Pose] = None
@@ -213,7 +215,7 @@ class Pilot:
             return self.step.reason
         self._explorer = Explorer(self.step.where.pose, self._chassis.half_width + self._numbers.planning.keep,
                                   self._numbers.exploring)
-        self._explore_from = self.step.time + LISTENS
+        self._explore_from, self._home_tries = self.step.time + LISTENS, 0
         return ""
 
     def finish(self) -> None:
@@ -243,12 +245,16 @@ class Pilot:
     def sense(self, sensing: Sensing, readiness: Readiness) -> PilotStep:
         """Take what the robot sensed in one packet, and return what to do."""
         where = self._knows.sense(sensing)
+        grid = None
         if self.makes_map and not 0.0 <= sensing.time - self._mapped < NEW_MAP_EVERY:
-            self._mapped = sensing.time
-            self._navigator.use_map(self._knows.drivable)
+            self._mapped, grid = sensing.time, self._knows.grid
+            self._navigator.use_map(grid)
         decision = self._navigator.step(sensing, where, readiness, sensing.time)
-        if self._explorer is not None and decision.state not in WORKS:
-            decision = self._explore_on(self._explorer, where, decision)
+        explorer = self._explorer
+        if explorer is not None and not (readiness.may_command and readiness.motors and readiness.sonar_on):
+            explorer.held_up(sensing.time)
+        if explorer is not None and (decision.state not in WORKS or explorer.is_over(where.pose, where.time, grid)):
+            decision = self._explore_on(explorer, where, decision)
         elif decision.state not in WORKS:
             self._goal = None
         self.step = PilotStep(sensing.time, sensing.odometry, where, decision.state, decision.reason, decision.twist,
@@ -261,24 +267,21 @@ class Pilot:
             return Decision(STAND, State.WAITING, "listening before it explores")
         before, self._goal = self._goal, None
         if before is not None and explorer.homeward:
-            self._explorer = None
-            home = ended.state is State.REACHED
-            return ended._replace(reason="explored, home again" if home else "explored, not home: " + ended.reason)
-        if before is not None and ended.state is State.FAILED:
-            explorer.give_up(before)
-        refusal = ""
+            self._home_tries += 1
+            if ended.state is State.REACHED or self._home_tries >= HOME_TRIES:
+                self._explorer = None
+                home = ended.state is State.REACHED
+                return ended._replace(reason="explored, home again" if home else "explored, not home: " + ended.reason)
+        grid, refusal = self.grid, ""
         for _ in range(MOST_REFUSALS):
-            following = explorer.next(self.grid, where.pose)
+            following = explorer.next(grid, where.pose, where.time)
             assert following.pose is not None
-            if before is not None and not following.with_heading and _same_place(before, following.pose):
-                refusal = "nothing more to learn there"
-            else:
-                refusal = self._send(following.pose, following.with_heading)
+            refusal = self._send(following.pose, following.with_heading)
             if not refusal:
                 return Decision(STAND, State.DRIVING, "exploring: %s" % following.reason)
             if explorer.homeward:
                 break
-            explorer.give_up(following.pose)
+            explorer.refused()
         self._explorer = None
         return Decision(STAND, State.FAILED, "explored, not home: %s" % refusal)
 
@@ -286,7 +289,3 @@ class Pilot:
         refusal = self._navigator.go_to(goal.x, goal.y, goal.heading if with_heading else None, self.step.time)
         self._goal = None if refusal else goal
         return refusal
-
-
-def _same_place(first: Pose, second: Pose) -> bool:
-    return math.hypot(first.x - second.x, first.y - second.y) < SAME_PLACE

@@ -252,7 +252,16 @@ class ExploringNumbers:
     gain: float = parameter(0.8, Number(0.0, 10.0), "way that it goes for 1 m^2 of gain", "m")
     most_gain: float = parameter(3.0, Number(0.0, 50.0), "more gain does not count", "m^2")
     turn: float = parameter(0.3, Number(0.0, 5.0), "way that a turn of 1 rad at the begin counts as", "m")
-    given_up: float = parameter(0.5, Number(0.1, 5.0), "nothing so near to a goal that failed is tried again", "m")
+    piece: float = parameter(0.8, Number(0.2, 5.0), "ends of the map that are longer are taken in such pieces", "m")
+    comfort: float = parameter(0.1, Number(0.0, 1.0), "so much farther from walls it rather stands to look", "m")
+    sees: float = parameter(1.0, Number(0.1, 3.0), "so near to an end of the map it turns to look at it", "m")
+    still_unknown: float = parameter(0.25, Number(0.0, 1.0), "share of unknown cells from which an end is not known")
+    given_up: float = parameter(0.5, Number(0.1, 5.0), "nothing so near to an end that was given up is tried", "m")
+    tries: int = parameter(3, Whole(1, 20), "so often an end is tried, though it became known each time")
+    moved: float = parameter(0.25, Number(0.05, 2.0), "it gets on while it moves so far", "m")
+    stuck: float = parameter(8.0, Number(1.0, 600.0), "time without getting on after which it gives up an end", "s")
+    patience: float = parameter(20.0, Number(1.0, 600.0), "time that it takes for an end, at most", "s")
+    patience_per_metre: float = parameter(6.0, Number(0.5, 60.0), "what each metre of the way there adds", "s")
     off_floor: float = parameter(0.6, Number(0.1, 3.0), "it looks so far for the floor when it stands beside it", "m")
 
 

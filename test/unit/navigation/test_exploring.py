@@ -34,7 +34,7 @@ def test_it_goes_to_the_hole_and_looks_through_it():
     goal = next_goal(floor((0.5, 1.5)), HERE, RADIUS)
     assert goal.pose[:2] == pytest.approx((3.9, 1.0), abs=0.15)
     assert abs(goal.pose.heading) < math.radians(50)
-    assert "2.9 m away" in goal.reason
+    assert "3.0 m away" in goal.reason
 
 
 def test_a_hole_that_is_too_narrow_is_none():
@@ -74,9 +74,11 @@ def test_more_to_see_is_worth_a_longer_way():
 def test_what_was_given_up_is_left_alone_and_told():
     found = floor((0.5, 1.5))
     first = next_goal(found, HERE, RADIUS)
-    second = next_goal(found, HERE, RADIUS, [first.pose[:2]])
-    assert second.pose is None
-    assert "1 places that were given up" in second.reason
+    second = next_goal(found, HERE, RADIUS, [first.end])
+    assert second.pose is None or second.end != first.end
+    third = next_goal(found, HERE, RADIUS, [first.end, (3.98, 0.6), (3.98, 1.4)])
+    assert third.pose is None
+    assert "3 places that were given up" in third.reason
 
 
 def test_before_anything_is_known_it_looks_round_where_it_stands():
@@ -91,26 +93,116 @@ def test_a_robot_in_a_wall_gets_no_goal():
     assert "no known floor" in next_goal(found, HERE, RADIUS).reason
 
 
+def wide_open():
+    """Known floor, 4 m x 2 m, with nothing round it but unknown floor: one end of the map leads all round."""
+    cells = np.full((80, 120), UNKNOWN, dtype=np.int8)
+    cells[20:60, 20:100] = FREE
+    return GridMap(cells, 0.05, (-1.0, -1.0))
+
+
+def test_a_long_end_of_the_map_is_taken_in_pieces():
+    """One place at it that was given up does not end the exploring."""
+    given_up = []
+    for _ in range(6):
+        goal = next_goal(wide_open(), HERE, RADIUS, given_up)
+        assert goal.pose is not None
+        assert all(math.hypot(goal.end[0] - x, goal.end[1] - y) >= 0.5 for x, y in given_up)
+        given_up.append(goal.end)
+
+
+def test_it_looks_from_where_it_has_room_and_sees_the_end():
+    found = floor((1.05, 1.95))
+    found.cells[:, 80:] = UNKNOWN
+    ample = next_goal(found, HERE, RADIUS)
+    assert ample.pose.y < 1.95 - RADIUS - 0.05 - 0.1
+    assert 0.0 < math.hypot(ample.end[0] - ample.pose.x, ample.end[1] - ample.pose.y) < 0.8
+    assert math.atan2(ample.end[1] - ample.pose.y, ample.end[0] - ample.pose.x) == pytest.approx(ample.pose.heading)
+
+
+def on_its_way():
+    """An explorer with a goal at the hole in the wall, and that goal. It is 10 s on the clock, and at HERE."""
+    explorer = Explorer(Pose(2.0, 1.0, 0.5), RADIUS)
+    for _ in range(3):
+        explorer.next(floor((0.5, 1.5)), HERE, 10.0)
+    return explorer, explorer.next(floor((0.5, 1.5)), HERE, 10.0)
+
+
+def test_a_goal_is_over_when_the_end_is_known():
+    explorer, goal = on_its_way()
+    assert not explorer.is_over(HERE, 11.0, floor((0.5, 1.5)))
+    known = floor()
+    known.cells[8:32, 70:100] = FREE
+    assert explorer.is_over(HERE, 11.0, known)
+    assert not explorer.is_over(HERE, 11.0)
+
+
+def test_a_goal_is_over_when_the_robot_does_not_get_on():
+    explorer, goal = on_its_way()
+    assert not explorer.is_over(HERE, 17.0)
+    assert explorer.is_over(Pose(1.1, 1.0, 1.0), 19.0)
+
+
+def test_a_goal_is_over_when_it_takes_too_long():
+    explorer, goal = on_its_way()
+    over = [time for time in np.arange(10.0, 200.0) if explorer.is_over(Pose(1.0 + time % 2.0, 1.0, 0.0), time)]
+    assert over[0] == pytest.approx(10.0 + 20.0 + 6.0 * goal.length, abs=2.0)
+
+
+def test_time_in_which_it_must_not_move_does_not_count():
+    explorer, _ = on_its_way()
+    explorer.held_up(100.0)
+    assert not explorer.is_over(HERE, 101.0)
+
+
+def test_looking_round_and_going_home_take_the_time_that_they_take():
+    explorer = Explorer(Pose(2.0, 1.0, 0.5), RADIUS)
+    explorer.next(floor(), HERE, 0.0)
+    assert not explorer.is_over(HERE, 1000.0, floor())
+
+
+def test_before_it_gives_up_it_turns_to_look():
+    explorer, goal = on_its_way()
+    there = Pose(3.8, 0.95, 2.0)
+    look = explorer.next(floor((0.5, 1.5)), there, 30.0)
+    assert look.with_heading and look.pose[:2] == there[:2] and look.end == goal.end
+    assert abs(look.pose.heading) < 0.5
+    last = explorer.next(floor((0.5, 1.5)), there, 40.0)
+    assert explorer.homeward and "given up" in last.reason
+
+
+def test_an_end_that_it_cannot_come_near_is_given_up_at_once():
+    explorer, _ = on_its_way()
+    assert explorer.next(floor((0.5, 1.5)), HERE, 30.0).reason.endswith(": home")
+
+
+def test_an_end_that_is_known_and_unknown_in_turn_is_left_alone_at_last():
+    explorer, _ = on_its_way()
+    known, goals = floor(), 1
+    known.cells[8:32, 70:100] = FREE
+    while not explorer.homeward and goals < 60:
+        explorer.next(known, HERE, 20.0)
+        explorer.next(floor((0.5, 1.5)), HERE, 30.0)
+        goals += 1
+    assert explorer.homeward and 3 <= goals < 20
+
+
 def test_first_it_looks_round():
     explorer = Explorer(Pose(2.0, 1.0, 0.5), RADIUS)
     pose, turned = HERE, 0.0
     for _ in range(3):
-        goal = explorer.next(floor((0.5, 1.5)), pose)
+        goal = explorer.next(floor((0.5, 1.5)), pose, 0.0)
         assert goal.with_heading and goal.pose[:2] == HERE[:2]
         turned += math.remainder(goal.pose.heading - pose.heading, 2.0 * math.pi)
         pose = goal.pose
     assert turned == pytest.approx(2.0 * math.pi)
-    assert not explorer.next(floor((0.5, 1.5)), HERE).with_heading
+    assert not explorer.next(floor((0.5, 1.5)), HERE, 0.0).with_heading
 
 
 def test_after_all_it_goes_home():
-    explorer = Explorer(Pose(2.0, 1.0, 0.5), RADIUS)
-    for _ in range(3):
-        explorer.next(floor((0.5, 1.5)), HERE)
-    goal = explorer.next(floor((0.5, 1.5)), HERE)
+    explorer, _ = on_its_way()
     assert not explorer.homeward
-    explorer.give_up(goal.pose)
-    last = explorer.next(floor((0.5, 1.5)), HERE)
+    explorer.refused()
+    last = explorer.next(floor((0.5, 1.5)), HERE, 20.0)
     assert explorer.homeward
     assert last.pose == Pose(2.0, 1.0, 0.5)
     assert last.reason.endswith(": home")
