@@ -14,6 +14,8 @@ UNKNOWN = "I do not know where I am: "
 """The beginning of each reason."""
 COUNTING_WAY = 0.01
 """After such a way (m) since the last readings, new ones count fully; after a shorter one, less."""
+LEAST_USUAL = 0.5
+"""The true pose explains at least this share of echoes, wherever the robot is."""
 OTHER, NEVER = 10, -1000
 """A range whose number differs by more from the sensor's last one is new, also while the robot stands."""
 
@@ -37,6 +39,7 @@ class Certainty:
         self._usual = tuned.usual_explained
         self._heard: Dict[int, int] = {}
         self._low = 0.0     # readings since too few were explained
+        self._upheld = 0    # searches in a row since the doubt began that found no place alike
         self.lose("I was not told, and have not heard enough yet; drive me a little")
 
     @property
@@ -76,8 +79,18 @@ class Certainty:
         return len(said) > 0 and bool(said.mean() >= self._tuned.place_explained * self._usual)
 
     def compare(self, better: float) -> None:
-        """Take how much better the pose explains each reading than all poses elsewhere (log-likelihood)."""
-        self._unique = self._unique + 1 if better > self._tuned.rival_margin else 0
+        """Take how much better the pose explains each reading than all poses elsewhere (log-likelihood).
+
+        Few echoes are explained where much stands that is on no map, and where walls slant. But if search after search
+        finds no place that is anything like it, the robot is there, and so few are usual here. Beside a place that is
+        proven, others may look alike.
+        """
+        alone = better > (0.0 if self.proven else self._tuned.rival_margin)
+        self._unique = self._unique + 1 if alone else 0
+        self._upheld = self._upheld + 1 if alone and not self.sure else 0
+        if self._upheld >= self._tuned.upheld_searches:
+            self._usual = max(LEAST_USUAL, min(self._usual, self.explained / self._tuned.sure_explained))
+            self._low = 0.0
 
     def hear(self, beams: Beams, explained: Array, way: float) -> None:
         """Take what readings say about the pose.
@@ -102,7 +115,7 @@ class Certainty:
                 self._low = 0.0
             if self.sure and not self._low:
                 self._usual += (said - self._usual) * share / 20.0
-        self._usual = min(max(self._usual, 0.5), 0.95)
+        self._usual = min(max(self._usual, LEAST_USUAL), 0.95)
         self._blind_way = 0.0 if (explained[says] > 0.0).any() else self._blind_way + way
         self._trusted_way += way if self.explained >= self._tuned.sure_explained * self._usual else 0.0
 

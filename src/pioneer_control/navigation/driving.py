@@ -109,6 +109,12 @@ class Steering:
                 wanted = Twist(-speed if back else speed, float(np.clip(speed * bend, -1.0, 1.0)))
         return self._held_back(wanted, velocity, around, live, doing)
 
+    def may_turn(self, rate: float, velocity: Twist, around: Around) -> bool:
+        """Return whether the robot may turn on the spot with a rate (rad/s). For the arguments see `choose`."""
+        allowed = self._allowed(velocity, around, ())
+        turns = (self._linear == 0.0) & (self._angular * rate > 0.0) & (np.abs(self._angular) >= abs(rate) - 1e-6)
+        return bool(allowed[turns & (np.abs(self._angular) == np.abs(self._angular[turns]).min(initial=9.0))].any())
+
     def _turn_by(self, angle: float) -> Twist:
         tuned = self._tuned
         rate = min(self._chassis.max_angular, math.sqrt(2.0 * 0.4 * tuned.turn_acceleration * abs(angle)),

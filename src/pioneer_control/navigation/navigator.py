@@ -11,7 +11,7 @@ from typing import Any, List, NamedTuple, Optional, Protocol, Tuple
 
 import numpy as np
 
-from ..floor_poses import Pose, wrapped
+from ..floor_poses import Pose, compose, relative, wrapped
 from ..maps.grid_map import GridMap
 from .chassis import Chassis, distance_outside
 from .driving import STOP, Around, SteeringChoice, Steering
@@ -136,7 +136,8 @@ class Navigator:
         self._ended = Decision(STOP, State.IDLE, "no goal")
         self._last: Optional[Sensing] = None
         self._velocity = STOP
-        self._place: Optional[Pose] = None
+        self._place: Optional[Pose] = None              # where it was sure to be last
+        self._place_odometry = Pose(0.0, 0.0, 0.0)      # its odometry there
         self._stalled = -math.inf       # s, when a wheel last stalled
 
     def use_map(self, grid_map: GridMap) -> None:
@@ -228,8 +229,8 @@ class Navigator:
             return self._wait(task, kind_of(hindrance), Decision(STOP, State.WAITING, hindrance), now)
         if not sure:
             return self._look_around(task, where, now)
-        assert where is not None
-        self._place = where.pose
+        assert where is not None and sensing is not None
+        self._place, self._place_odometry = where.pose, sensing.odometry
         if task.plan is None:
             refusal = self._floor.refusal(where.pose[:2], task.goal[:2])
             if refusal:
@@ -297,18 +298,18 @@ class Navigator:
         return self._ended
 
     def _look_around(self, task: _Task, where: Optional[Whereabouts], now: float) -> Decision:
-        """Wait until the robot knows where it is. It may turn on the spot where sonar hears nothing near."""
+        """Wait until the robot knows where it is. It may turn on the spot where it touches nothing."""
         numbers = self._numbers.navigator
         task.planned, task.at_goal = -math.inf, False
         reason = _LOST if where is None or not where.reason else "%s: %s" % (_LOST, where.reason)
         twist = STOP
         waits = task.waits_for == _LOST and task.waits_since is not None and now - task.waits_since > 1.0
-        if waits and numbers.unsure_turn > 0.0:
-            places = self._obstacles.heard()
-            assert self._last is not None
-            x, y = into(self._last.odometry, places.x, places.y)
-            if np.hypot(x, y).min(initial=math.inf) > self._chassis.reach + numbers.unsure_room:
-                twist = Twist(0.0, min(numbers.unsure_turn, self._chassis.max_angular))
+        if waits and numbers.unsure_turn > 0.0 and not self._may_walk_beside(now):
+            rate = math.copysign(min(numbers.unsure_turn, self._chassis.max_angular), task.told.angular)
+            around = self._around(self._reckoned(), now)
+            turns = [each for each in (rate, -rate) if self._steering.may_turn(each, self._velocity, around)]
+            twist = Twist(0.0, turns[0]) if turns else STOP
+        task.told = twist
         return self._wait(task, _LOST, Decision(twist, State.WAITING, reason), now)
 
     def _drive(self, task: _Task, pose: Pose, now: float) -> Decision:
@@ -407,6 +408,13 @@ class Navigator:
                       now - task.progress - self._numbers.navigator.slow)
         return self._steering.choose(pose, self._velocity, around, live, plan, blocked, task.told)
 
+    def _reckoned(self) -> Optional[Pose]:
+        """Return where the robot should be by the wheels since it was sure; None if it never was."""
+        assert self._last is not None
+        if self._place is None:
+            return None
+        return compose(self._place, relative(self._place_odometry, self._last.odometry))
+
     def _unmapped(self, pose: Pose) -> Array:
         """Return the places (m, map frame) of what was heard and is on no map, as an array (number, 2)."""
         places = self._obstacles.heard()
@@ -414,12 +422,13 @@ class Navigator:
         assert self._last is not None
         return np.column_stack(out_of(pose, *into(self._last.odometry, places.x, places.y)))
 
-    def _around(self, pose: Pose, now: float) -> Around:
+    def _around(self, pose: Optional[Pose], now: float) -> Around:
+        """Return what is around the robot: what was heard, and the walls of the map if there is a pose on it."""
         places = self._obstacles.heard()
         assert self._last is not None
         x, y = into(self._last.odometry, places.x, places.y)
         walking = ~places.mapped & (now - places.time < self._numbers.obstacles.young)
-        wall_x, wall_y = cells_near(self._map, self._edges, pose, _NEAR)
+        wall_x, wall_y = (np.zeros(0),) * 2 if pose is None else cells_near(self._map, self._edges, pose, _NEAR)
         return Around(np.append(x, wall_x), np.append(y, wall_y), x[walking], y[walking])
 
 

@@ -83,6 +83,8 @@ class LocalisationNumbers:
         1.0, Number(0.0, 100.0), "way in motion with readings that the place explains, before it is sure", "m")
     sure_searches: int = parameter(
         2, Whole(1, 100), "so many searches in a row must find no place that looks alike, before it is sure")
+    upheld_searches: int = parameter(
+        3, Whole(1, 100), "so many searches in a row in doubt that find no place alike uphold the pose")
     proven_way: float = parameter(
         6.0, Number(0.0, 100.0), "after such a way, places that look alike do not make it unsure any more", "m")
     unsure_explained: float = parameter(
@@ -169,7 +171,6 @@ class NavigatorNumbers:
     stale: float = parameter(0.5, Number(0.1, 5), "what the robot senses is too old after this time", "s")
     silent: float = parameter(1.0, Number(0.2, 10), "a transducer that has not fired for this time does not look", "s")
     unsure_turn: float = parameter(0.4, Number(0, 2), "turn rate with which it looks around when unsure", "rad/s")
-    unsure_room: float = parameter(0.15, Number(0, 1), "room around the turning robot that this needs", "m")
     patience: float = parameter(60.0, Number(1, 3600), "time without progress after which it gives up", "s")
     wait: float = parameter(120.0, Number(1, 3600), "time that it waits for one reason before it gives up", "s")
     slow: float = parameter(5.0, Number(0.1, 600), "time without progress that counts as having no way", "s")

@@ -138,3 +138,37 @@ def test_another_place_is_accepted_only_if_it_explains_as_much_as_is_usual():
     explained = np.array([1.0, 1.0, 0.0, np.nan])
     assert certainty.accepts(explained) and not certainty.accepts(np.array([1.0, 0.0, 0.0, np.nan]))
     assert not certainty.accepts(np.array([np.nan]))
+
+
+def doubting():
+    """Return a certainty that doubts a place that a person told: half of its echoes are of what is on no map."""
+    certainty = sure()
+    mixed(certainty, 0.5, 30)
+    assert certainty.doubts and not certainty.sure
+    return certainty
+
+
+def test_a_doubted_place_is_upheld_when_no_search_finds_one_like_it():
+    certainty = doubting()
+    for number in range(TUNED.upheld_searches):
+        certainty.judge(spread())
+        assert not certainty.sure, "after %d searches" % number
+        certainty.compare(0.05)
+    certainty.judge(spread())
+    assert certainty.sure
+    mixed(certainty, 0.5, 30)
+    assert certainty.sure
+
+
+def test_a_better_place_elsewhere_or_echoes_that_hardly_fit_uphold_nothing():
+    certainty = doubting()
+    for _ in range(3):
+        certainty.compare(0.05)
+        certainty.compare(-0.05)
+    certainty.judge(spread())
+    assert not certainty.sure
+    mixed(certainty, 0.2, 30)
+    for _ in range(9):
+        certainty.compare(0.05)
+    certainty.judge(spread())
+    assert not certainty.sure

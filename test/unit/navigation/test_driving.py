@@ -122,3 +122,12 @@ def test_at_the_goal_it_does_not_turn_into_what_is_near():
 
 def test_it_does_not_drive_to_a_goal_through_what_stands_before_it():
     assert finish(Pose(2.0, 2.0, 0.0), what=around(wall(0.26))).blocked
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_it_may_turn_on_the_spot_only_where_it_touches_nothing(side):
+    """A corner of the robot sweeps over what is beside it, if it turns to this side."""
+    steering = Steering(chassis_of("p3at-sh"), SteeringNumbers())
+    beside = around([(0.26, side * 0.31)])
+    assert not steering.may_turn(side * 0.4, STOP, beside) and steering.may_turn(-side * 0.4, STOP, beside)
+    assert steering.may_turn(side * 0.4, STOP, around())

@@ -254,11 +254,18 @@ def test_it_looks_around_where_there_is_room_and_never_drives_while_unsure():
     assert run.until(State.REACHED, State.FAILED).state is State.REACHED
 
 
-def test_it_does_not_even_turn_while_unsure_beside_something():
+def test_it_looks_around_also_in_a_corridor():
+    cells = room().cells.copy()
+    cells[52:, :] = cells[:28, :] = OCCUPIED
+    run = Run(GridMap(cells, 0.05, (0.0, 0.0)), "p3at-sh", Pose(3.0, 2.0, 0.0)).driving((5.0, 2.0, None))
+    assert any(run.step(where=lost()).twist.angular for _ in range(50))
+
+
+def test_it_does_not_turn_into_a_wall_that_gave_no_echo():
     run = Run(start=Pose(3.0, 2.0, 0.0)).driving((1.0, 1.0, None))
-    run.posts = [(run.pose.x, run.pose.y + 0.4), (run.pose.x + 0.45, run.pose.y)]
+    run.step(where=Spot(Pose(2.0, 0.27, 0.0)))      # where it was sure last: beside a wall
     for _ in range(50):
-        assert run.step(where=lost()).twist == STOP
+        assert run.step(where=lost(), sensing=Sensing(run.time, run.pose, (Firing(3, 4.0, run.time),))).twist == STOP
 
 
 def test_another_doubt_is_the_same_wait():
