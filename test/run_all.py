@@ -1,5 +1,7 @@
 """Runs every suite of tests, side by side where no suite disturbs another. `summary.py` adds up the results.
 
+Suites of robots and browsers mostly wait. Behind them, in the time that they leave, run those that only compute.
+
     run_all.py SOURCE RESULTS LOGS
 
 `./pioneer test` calls this in a built workspace. Each suite gets a folder ``RESULTS/KIND/NAME`` for its JUnit files and
@@ -29,43 +31,46 @@ LONGEST_FIRST = (
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 LINES_SHOWN = 100
 """Lines of the log of a suite that failed."""
+YIELDING = 10
+"""The niceness of suites that give way to others."""
 PROGRESS = re.compile(r"[.FEsxX]+ *\[ *\d+%\]")
 """A line of pytest's that is not shown then."""
 
 
 class Suite(NamedTuple):
-    """Tests that one program runs: its command, and the folder in RESULTS for its JUnit files."""
+    """Tests that one program runs: its command, and the folder in RESULTS for its JUnit files. One that gives way uses
+    only the time that the others leave.
+    """
 
     kind: str
     name: str
     command: List[str]
     environment: Dict[str, str] = {}
+    gives_way: bool = False
 
 
 class Stage(NamedTuple):
-    """Suites that may run side by side, at most `at_once` at the same time. A stage begins when the previous stage has
-    ended.
-    """
+    """Suites that may run side by side, at most `at_once` at the same time."""
 
-    title: str
     suites: List[Suite]
     at_once: int = 1
 
 
-def stages(source: pathlib.Path, results: pathlib.Path, cores: int) -> List[Stage]:
-    """Return all tests. Suites that compute have the processors for themselves. Of suites that mostly wait, two run on
-    each processor: of the integration tests, and of the rostests, with the browser tests among them.
+def rows_of_stages(source: pathlib.Path, results: pathlib.Path, cores: int) -> List[List[Stage]]:
+    """Return all tests. In each row, a stage begins when the previous one has ended. The rows run beside each other.
+
+    Of suites that mostly wait, two run on each processor: of the integration tests, and then of the rostests, with the
+    browser tests among them. Behind them run those that compute; no test of these measures time.
     """
     tests = sorted((source / "test" / "rostest").glob("*.test"))
     tests.sort(key=lambda path: LONGEST_FIRST.index(path.stem) if path.stem in LONGEST_FIRST else len(LONGEST_FIRST))
-    return [
-        Stage("unit tests", [pytest_suite("unit", results, cores)]),
-        Stage("mypy and flake8", [check_suite("mypy", results), check_suite("flake8", results)], 2),
-        Stage("messages tests", [pytest_suite("messages", results, cores)]),
-        Stage("integration tests", [pytest_suite("integration", results, 2 * cores)]),
-        Stage("browser tests and rostests", [
-            pytest_suite("browser", results, cores), *(rostest_suite(path, results) for path in tests)], 2 * cores),
-    ]
+    waiting = [
+        Stage([pytest_suite("integration", results, 2 * cores)]),
+        Stage([pytest_suite("browser", results, cores), *(rostest_suite(path, results) for path in tests)], 2 * cores)]
+    computing = [
+        check_suite("mypy", results), check_suite("flake8", results),
+        pytest_suite("unit", results, cores), pytest_suite("messages", results, cores)]
+    return [waiting, [Stage([suite._replace(gives_way=True)]) for suite in computing]]
 
 
 def pytest_suite(kind: str, results: pathlib.Path, workers: int) -> Suite:
@@ -89,6 +94,13 @@ def check_suite(tool: str, results: pathlib.Path) -> Suite:
     return Suite(tool, tool, [sys.executable, "test/check_code.py", tool, str(report)])
 
 
+def give_way() -> None:
+    """Let this process, and those that it starts, give way to all others."""
+    os.nice(YIELDING)
+    with contextlib.suppress(OSError):      # a kernel that groups processes by session weighs the group, not them
+        pathlib.Path("/proc/self/autogroup").write_text(str(YIELDING))
+
+
 class Running:
     """A suite that runs, in a process group of its own."""
 
@@ -98,10 +110,11 @@ class Running:
         self.log = logs / ("%s-%s.log" % (suite.kind, suite.name))
         self._folder = results / suite.kind / suite.name
         self._folder.mkdir(parents=True)
+        give_way_if_asked = give_way if suite.gives_way else None
         with self.log.open("wb") as log:
             self._process = subprocess.Popen(
                 suite.command, env=dict(os.environ, **suite.environment), start_new_session=True,
-                stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT)
+                preexec_fn=give_way_if_asked, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT)
 
     @property
     def ended(self) -> bool:
@@ -125,7 +138,7 @@ class Running:
         """Write down how it ended, and print it."""
         (self._folder / "status").write_text(status + "\n")
         good = status == "0"
-        name = self.suite.name if self.suite.kind == "rostest" else self.suite.kind
+        name = " ".join([self.suite.kind] + [self.suite.name] * (self.suite.kind == "rostest"))
         print("%-32s %-6s %4d s" % (name, "ok" if good else "FAILED", time.monotonic() - self.began), flush=True)
         if not good:
             lines = [line for line in self.log.read_text(encoding="utf-8", errors="replace").splitlines()
@@ -161,29 +174,52 @@ class Interruption:
         return bool(self.signal_name)
 
 
-def run(stage: Stage, results: pathlib.Path, logs: pathlib.Path, interruption: Interruption,
+class Row:
+    """Stages, one after the other."""
+
+    def __init__(self, stages: Sequence[Stage], results: pathlib.Path, logs: pathlib.Path, limit: float):
+        self._stages = [Stage(list(stage.suites), stage.at_once) for stage in stages]
+        self._running: List[Running] = []
+        self._results, self._logs, self._limit = results, logs, limit
+
+    def turn(self) -> bool:
+        """Start what may start. Returns whether there is something left that runs or waits."""
+        self._running = [suite for suite in self._running if not suite.look(self._limit)]
+        while self._stages and not self._stages[0].suites and not self._running:
+            self._stages.pop(0)
+        suites, at_once = self._stages[0] if self._stages else Stage([])
+        while suites and len(self._running) < at_once:
+            self._running.append(Running(suites.pop(0), self._results, self._logs))
+        return bool(self._stages)
+
+    def interrupt(self) -> None:
+        """Ask all that runs to end."""
+        for suite in self._running:
+            suite.interrupt()
+
+    def end(self) -> None:
+        """Wait some time for the end of what was interrupted, and kill what is left of it."""
+        for suite in self._running:
+            suite.end()
+
+
+def run(rows: Sequence[Sequence[Stage]], results: pathlib.Path, logs: pathlib.Path, interruption: Interruption,
         limit: float = LIMIT) -> None:
-    """Run the suites of a stage to their end, or until an interruption."""
-    print("\n%s" % stage.title, flush=True)
-    waiting, running = list(stage.suites), []   # type: List[Suite], List[Running]
-    while (waiting or running) and not interruption:
-        while waiting and len(running) < stage.at_once:
-            running.append(Running(waiting.pop(0), results, logs))
-        running = [suite for suite in running if not suite.look(limit)]
+    """Run rows of stages beside each other to their end, or until an interruption."""
+    running = [Row(stages, results, logs, limit) for stages in rows]
+    while any([row.turn() for row in running]) and not interruption:
         time.sleep(0.05)
-    for suite in running:
-        suite.interrupt()
-    for suite in running:
-        suite.end()
+    for row in running:
+        row.interrupt()
+    for row in running:
+        row.end()
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Run all stages. Returns the exit status: 0 when all suites ran to their end, whatever their results are."""
+    """Run all tests. Returns the exit status: 0 when all suites ran to their end, whatever their results are."""
     source, results, logs = map(pathlib.Path, arguments)
     interruption = Interruption()
-    for stage in stages(source, results, len(os.sched_getaffinity(0))):
-        if not interruption:
-            run(stage, results, logs, interruption)
+    run(rows_of_stages(source, results, len(os.sched_getaffinity(0))), results, logs, interruption)
     if interruption:
         print("%s: all tests are ended" % interruption.signal_name)
         return 130

@@ -3,6 +3,7 @@
 
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -37,15 +38,20 @@ def until(condition):
 
 
 @pytest.fixture
-def run(tmp_path, capsys):
-    """Run suites as one stage. Returns the statuses, and the output."""
-    def run_stage(*suites, at_once=1, limit=LIMIT):
-        stage = run_all.Stage("some tests", list(suites), at_once)
-        run_all.run(stage, tmp_path / "results", tmp_path / "logs", NoInterruption(), limit)
+def run_rows(tmp_path, capsys):
+    """Run rows of stages. Returns the statuses, and the output."""
+    def run(*rows, limit=LIMIT):
+        run_all.run(rows, tmp_path / "results", tmp_path / "logs", NoInterruption(), limit)
         statuses = {path.parent.name: path.read_text().strip() for path in (tmp_path / "results").rglob("status")}
         return statuses, capsys.readouterr().out
     (tmp_path / "logs").mkdir()
-    return run_stage
+    return run
+
+
+@pytest.fixture
+def run(run_rows):
+    """Run suites as one stage. Returns the statuses, and the output."""
+    return lambda *suites, at_once=1, **limit: run_rows([run_all.Stage(list(suites), at_once)], **limit)
 
 
 def test_a_good_suite_is_told_in_a_line(run):
@@ -61,12 +67,36 @@ def test_the_end_of_a_bad_suites_log_is_shown(run):
     assert "[ 10%]" not in printed
 
 
-def test_suites_run_beside_each_other(run, tmp_path):
-    """Each suite waits for the file of the other."""
+def pair_that_meets(tmp_path):
+    """Return two suites, each of which waits for the file of the other."""
     meet = "touch {0}/{1}; until [ -e {0}/{2} ]; do sleep 0.01; done"
-    pair = (suite(one, meet.format(tmp_path, one, other)) for one, other in ("ab", "ba"))
-    statuses, _ = run(*pair, at_once=2)
+    return [suite(one, meet.format(tmp_path, one, other)) for one, other in ("ab", "ba")]
+
+
+def test_suites_run_beside_each_other(run, tmp_path):
+    statuses, _ = run(*pair_that_meets(tmp_path), at_once=2)
     assert statuses == {"a": "0", "b": "0"}
+
+
+def test_rows_run_beside_each_other(run_rows, tmp_path):
+    statuses, _ = run_rows(*([run_all.Stage([each])] for each in pair_that_meets(tmp_path)))
+    assert statuses == {"a": "0", "b": "0"}
+
+
+def test_a_stage_begins_when_the_one_before_it_in_its_row_has_ended(run_rows, tmp_path):
+    first = [suite("quick", "true"), suite("slow", "sleep 0.2; touch %s/done" % tmp_path)]
+    statuses, _ = run_rows([run_all.Stage(first, 2), run_all.Stage([suite("next", "test -e %s/done" % tmp_path)], 2)])
+    assert statuses == {"quick": "0", "slow": "0", "next": "0"}
+
+
+def test_only_a_suite_that_gives_way_does_so_and_with_all_its_programs(run):
+    """Also where the kernel weighs sessions, each of which says so: "/autogroup-7 nice 10"."""
+    tell = suite("quick", "bash -c 'nice; cat /proc/self/autogroup'; exit 1")
+    usual, group = os.nice(0), pathlib.Path("/proc/self/autogroup")
+    for gives_way, more in ((False, 0), (True, run_all.YIELDING)):
+        _, printed = run(tell._replace(name=str(gives_way), gives_way=gives_way))
+        told = [int(line.split()[-1]) for line in printed.splitlines() if re.match(r"    \| (\d+|.* nice \d+)$", line)]
+        assert told == [usual + more] + [more] * group.exists()
 
 
 def test_no_more_of_them_than_may(run, tmp_path):
@@ -109,7 +139,9 @@ sys.path.insert(0, %r)
 import run_all
 script = "trap 'sleep 0.2; touch %s/ended-$0; exit' INT; touch %s/began-$0; while :; do sleep 0.01; done"
 suites = [run_all.Suite("rostest", name, ["/bin/bash", "-c", script, name]) for name in "abc"]
-run_all.stages = lambda *_: [run_all.Stage("some", suites, 2), run_all.Stage("later", suites, 2)]
+later = [run_all.Suite("rostest", "later", ["/bin/bash", "-c", script, "later"])]
+run_all.rows_of_stages = lambda *_: [
+    [run_all.Stage(suites[:1]), run_all.Stage(later)], [run_all.Stage(suites[1:]), run_all.Stage(later)]]
 sys.exit(run_all.main(sys.argv[1:]))
 """ % (str(ROOT / "test"), tmp_path, tmp_path)
     command = [sys.executable, "-c", program, str(ROOT), str(tmp_path / "results"), str(tmp_path / "logs")]
@@ -118,15 +150,22 @@ sys.exit(run_all.main(sys.argv[1:]))
         os.kill(process.pid, number)
         printed = process.communicate(timeout=LIMIT)[0]
     assert process.returncode == 130
-    assert sorted(path.name for path in tmp_path.glob("*-?")) == ["began-a", "began-b", "ended-a", "ended-b"]
-    assert signal.Signals(number).name in printed and "later" not in printed
+    assert sorted(path.name for path in tmp_path.glob("*-*")) == ["began-a", "began-b", "ended-a", "ended-b"]
+    assert signal.Signals(number).name in printed
 
 
 def test_every_folder_and_rostest_is_in_a_stage():
-    stages = run_all.stages(ROOT, pathlib.Path("results"), 2)
-    suites = [each for stage in stages for each in stage.suites]
+    suites = [each for row in run_all.rows_of_stages(ROOT, pathlib.Path("results"), 2) for stage in row
+              for each in stage.suites]
     folders = {each.command[-1] for each in suites if each.name == "pytest"}
     assert folders == {"test/unit", "test/messages", "test/integration", "test/browser"}
     rostests = [each.name for each in suites if each.kind == "rostest"]
     assert sorted(rostests) == sorted(path.stem for path in (ROOT / "test" / "rostest").glob("*.test"))
     assert tuple(rostests[:len(run_all.LONGEST_FIRST)]) == run_all.LONGEST_FIRST
+
+
+def test_what_gives_way_computes_and_what_needs_its_time_does_not_give_way():
+    stages = [stage for row in run_all.rows_of_stages(ROOT, pathlib.Path("results"), 2) for stage in row]
+    kinds = {way: {each.kind for stage in stages for each in stage.suites if each.gives_way is way}
+             for way in (True, False)}
+    assert kinds == {True: {"mypy", "flake8", "unit", "messages"}, False: {"integration", "browser", "rostest"}}
