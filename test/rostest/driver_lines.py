@@ -33,6 +33,7 @@ from std_srvs.srv import SetBool
 from tf2_msgs.msg import TFMessage
 
 HERE = os.path.dirname(os.path.abspath(__file__))
+NODES = os.path.join(HERE, "..", "..", "nodes")
 sys.path[:0] = [HERE, os.path.join(HERE, "..", "integration")]
 
 from client_lines import Adapter, SpoiltLine
@@ -101,7 +102,7 @@ class Driver:
         self.namespace = namespace
         arguments = ["_%s:=%s" % item for item in parameters.items()]
         self.process = subprocess.Popen(
-            ["rosrun", "pioneer_control", program, "__ns:=" + namespace] + arguments,
+            [os.path.join(NODES, program), "__ns:=" + namespace] + arguments,
             env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
         self.printed, self._changed = "", threading.Condition()
         self._reader = threading.Thread(target=self._read, daemon=True)

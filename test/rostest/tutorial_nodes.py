@@ -175,16 +175,23 @@ class TutorialNodes(unittest.TestCase):
         self.assertIn((0.1, 0.0), self.given())
         self.assert_told_to_stand_and_stands()
 
-    def test_8_a_pressed_stop_button_is_said(self):
-        """Row 8: neither node drives, and both say what to check."""
+    def test_8_a_pressed_stop_button_and_a_driver_that_is_not_there_are_said(self):
+        """Rows 8 and 9: neither node drives, and both say what to check, what to start, or what they wait for. All wait
+        for a while, side by side.
+        """
         self.addCleanup(self.stop_button.publish, Bool(False))
         self.stop_button.publish(Bool(True))
         self.witness.wait("the motors are off", lambda: self.witness.seen[MOTORS][-1].state == 0)
         first_command = len(self.witness.seen[COMMANDS])
-        for program in [self.start(command) for command in (SIMPLE, ADVANCED)]:
+        told = [(self.start(command), texts) for command, texts in (
+            (SIMPLE, ["STOP button"]), (ADVANCED, ["STOP button"]),
+            (SIMPLE + ["nobody"], ["nothing comes on /nobody/motor_state"]),
+            (ADVANCED + ["nobody"], ["Does the driver run", "/nobody/cmd_vel"]))]
+        for program, texts in told:
             output, status = self.end_of(program)
             self.assertEqual(status, 1, output)
-            self.assertIn("STOP button", output)
+            for text in texts:
+                self.assertIn(text, output)
             self.assertNotIn("Traceback", output)
         self.assertEqual(self.witness.seen[COMMANDS][first_command:], [])
 
@@ -201,19 +208,7 @@ class TutorialNodes(unittest.TestCase):
         self.assertEqual(self.witness.seen[MOTORS][-1].state, 0)
         self.assert_told_to_stand_and_stands()
 
-    def test_9_a_driver_that_is_not_there_is_said(self):
-        """Row 9: both programs wait for a while, side by side, and say what to start, or what they wait for."""
-        advanced, simple = (self.start(command + ["nobody"]) for command in (ADVANCED, SIMPLE))
-        for program, said in ((advanced, ["Does the driver run", "/nobody/cmd_vel"]),
-                              (simple, ["nothing comes on /nobody/motor_state"])):
-            output, status = self.end_of(program)
-            self.assertEqual(status, 1, output)
-            for text in said:
-                self.assertIn(text, output)
-            self.assertNotIn("Traceback", output)
-        self.assertEqual(self.given(), [])
-
-    def test_9a_with_a_model_it_drives_beside_a_driver_without_robot_info(self):
+    def test_9_with_a_model_it_drives_beside_a_driver_without_robot_info(self):
         """p2os is such a driver. Here the topic has another name."""
         elsewhere = ["/pioneer/robot_info:=/nowhere/robot_info"]
         program = self.start(ADVANCED + elsewhere + ["_model:=p3dx-sh", "_gripper:=true", "_stop_at_can:=false"])
