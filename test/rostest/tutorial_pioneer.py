@@ -3,6 +3,7 @@
 robot that it was given, and only when it is asked to.
 """
 
+import concurrent.futures
 import math
 import os
 import signal
@@ -81,7 +82,14 @@ class TestPioneer(unittest.TestCase):
         self.assertTrue(all(isinstance(each, bool) for each in robot.grip[2:]))
         self.assertLess(robot.snapshot().age, 5.0)
 
-    def test_3_it_wanders_to_the_can_picks_it_keeps_it_puts_it_down_and_leaves_it(self):
+    def test_3_one_robot_picks_a_can_while_another_finds_nothing_to_pick(self):
+        """Both picks take long, and wait for their own robots only."""
+        with concurrent.futures.ThreadPoolExecutor() as both:
+            for done in [both.submit(self.wanders_to_the_can_picks_it_keeps_it_puts_it_down_and_leaves_it),
+                         both.submit(self.a_pick_of_nothing_says_so)]:
+                done.result()
+
+    def wanders_to_the_can_picks_it_keeps_it_puts_it_down_and_leaves_it(self):
         """Rows 15, 24, 26; the world has a can straight ahead of the start."""
         with self.pioneer() as robot:
             self.assertIs(robot.wander(60.0), WanderEnd.AT_CAN)
@@ -101,7 +109,7 @@ class TestPioneer(unittest.TestCase):
             self.assertFalse(robot.grip.outer, "the can stands elsewhere now")
             self.assertEqual(self.witness.seen["pioneer/cans"][-1].poses, place, "no can was moved")
 
-    def test_4_a_pick_of_nothing_says_so(self):
+    def a_pick_of_nothing_says_so(self):
         """Row 26."""
         with self.pioneer("lonely") as robot:
             self.assertFalse(robot.pick())

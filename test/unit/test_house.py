@@ -4,6 +4,7 @@
 import ast
 import collections
 import fnmatch
+import functools
 import pathlib
 import re
 import subprocess
@@ -72,11 +73,17 @@ class Import(NamedTuple):
     line: int
 
 
+@functools.lru_cache(maxsize=None)
+def parsed(text: str) -> ast.Module:
+    """Return the tree of a source text. Many rules look at it, and none changes it: it is made once."""
+    return ast.parse(text)
+
+
 def imports(text: str, package: str) -> Iterator[Import]:
     """Return every module that a source text of ``package`` (dotted) imports, anywhere in the text. Relative names
     become absolute.
     """
-    for node in ast.walk(ast.parse(text)):
+    for node in ast.walk(parsed(text)):
         if isinstance(node, ast.Import):
             for alias in node.names:
                 yield Import(alias.name, node.lineno)
@@ -237,7 +244,7 @@ def circle(graph: Dict[str, Set[str]]) -> List[str]:
 
 def classes(texts: Texts) -> List[Tuple[str, ast.ClassDef]]:
     """Return every class with its file."""
-    return [(name, node) for name, text in texts.items() for node in ast.walk(ast.parse(text))
+    return [(name, node) for name, text in texts.items() for node in ast.walk(parsed(text))
             if isinstance(node, ast.ClassDef)]
 
 
@@ -333,7 +340,7 @@ def undocumented(texts: Texts) -> List[str]:
                 if not {"setter", "overload"} & {last_name(each) for each in child.decorator_list}:
                     yield from visit(child, "%s.%s" % (name, child.name), node)
 
-    return [name for module, text in texts.items() for name in visit(ast.parse(text), module)]
+    return [name for module, text in texts.items() for name in visit(parsed(text), module)]
 
 
 def untrue_fronts(texts: Texts) -> List[str]:
@@ -344,7 +351,7 @@ def untrue_fronts(texts: Texts) -> List[str]:
         present = {name[len(folder) + 1:] for name in texts if name.startswith(folder + ".")}
         present = {name for name in present if "." not in name and name != "__main__"}
         if present:
-            front = ast.get_docstring(ast.parse(text)) or ""
+            front = ast.get_docstring(parsed(text)) or ""
             named = re.findall(r"`{1,2}([a-z_0-9*]+)(?:\.py|/)?`{1,2}", front)
             found += ["%s does not name %s" % (folder, name) for name in sorted(present)
                       if not any(fnmatch.fnmatchcase(name, pattern) for pattern in named)]
