@@ -85,7 +85,9 @@ class StreamTransport(Transport):
         self._wake_writer.setblocking(False)
 
     def read(self, timeout: float) -> bytes:
-        for key, _ in self._readable.select(max(0.0, timeout)):
+        ready = [key for key, _ in self._readable.select(max(0.0, timeout))]
+        ready.sort(key=lambda key: key.fileobj is not self._port)       # the port first: its bytes end this read, ...
+        for key in ready:       # ... and a call of wake() then waits for the next one
             try:
                 data: bytes = key.data(READ_SIZE)
             except BlockingIOError:

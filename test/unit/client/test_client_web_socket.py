@@ -10,6 +10,7 @@ import os
 import pathlib
 import re
 import select
+import selectors
 import socket
 import ssl
 import struct
@@ -251,6 +252,20 @@ def test_a_read_ends_empty_and_can_be_woken(opened):
     waiting.start()
     line.wake()
     waiting.join(LIMIT)
+    assert not waiting.is_alive()
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_wake_that_comes_with_half_a_frame_is_noticed(opened, monkeypatch, order):
+    """Whichever of the two the system tells of first."""
+    line, peer = opened()
+    select = selectors.DefaultSelector.select
+    monkeypatch.setattr(selectors.DefaultSelector, "select", lambda *arguments: select(*arguments)[::order])
+    line.wake()
+    peer.sendall(frame(BINARY, b"half")[:3])
+    waiting = threading.Thread(target=line.read, args=(60.0,), daemon=True)
+    waiting.start()
+    waiting.join(LIMIT / 3)
     assert not waiting.is_alive()
 
 
