@@ -1,6 +1,6 @@
 """Runs every suite of tests, side by side where no suite disturbs another. `summary.py` adds up the results.
 
-Suites of robots and browsers mostly wait. Behind them, in the time that they leave, run those that only compute.
+Suites of robots and browsers mostly wait. Beside them run, one at a time, those that mostly compute.
 
     run_all.py SOURCE RESULTS LOGS
 
@@ -32,22 +32,17 @@ LONGEST_FIRST = (
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 LINES_SHOWN = 100
 """Lines of the log of a suite that failed."""
-YIELDING = 5
-"""The niceness of suites that give way to others: a third of the weight, so that they go on even on a busy machine."""
 PROGRESS = re.compile(r"[.FEsxX]+ *\[ *\d+%\]")
 """A line of pytest's that is not shown then."""
 
 
 class Suite(NamedTuple):
-    """Tests that one program runs: its command, and the folder in RESULTS for its JUnit files. One that gives way uses
-    only the time that the others leave.
-    """
+    """Tests that one program runs: its command, and the folder in RESULTS for its JUnit files."""
 
     kind: str
     name: str
     command: List[str]
     environment: Dict[str, str] = {}
-    gives_way: bool = False
 
 
 class Stage(NamedTuple):
@@ -61,7 +56,8 @@ def rows_of_stages(source: pathlib.Path, results: pathlib.Path, cores: int) -> L
     """Return all tests. In each row, a stage begins when the previous one has ended. The rows run beside each other.
 
     Of suites that mostly wait, two run on each processor: of the integration tests, and then of the rostests, with the
-    browser tests among them. Behind them run those that compute; no test of these measures time.
+    browser tests among them. Beside them run those that compute, with no lower priority: when the machine is busy,
+    those that gave way would get no time for longer than they may wait.
     """
     tests = sorted((source / "test" / "rostest").glob("*.test"))
     tests.sort(key=lambda path: LONGEST_FIRST.index(path.stem) if path.stem in LONGEST_FIRST else len(LONGEST_FIRST))
@@ -71,7 +67,7 @@ def rows_of_stages(source: pathlib.Path, results: pathlib.Path, cores: int) -> L
     computing = [
         check_suite("mypy", results), check_suite("flake8", results),
         pytest_suite("unit", results, cores), pytest_suite("messages", results, cores)]
-    return [waiting, [Stage([suite._replace(gives_way=True)]) for suite in computing]]
+    return [waiting, [Stage(computing)]]
 
 
 def pytest_suite(kind: str, results: pathlib.Path, workers: int) -> Suite:
@@ -95,13 +91,6 @@ def check_suite(tool: str, results: pathlib.Path) -> Suite:
     return Suite(tool, tool, [sys.executable, "test/check_code.py", tool, str(report)])
 
 
-def give_way() -> None:
-    """Let this process, and those that it starts, give way to all others."""
-    os.nice(YIELDING)
-    with contextlib.suppress(OSError):      # a kernel that groups processes by session weighs the group, not them
-        pathlib.Path("/proc/self/autogroup").write_text(str(YIELDING))
-
-
 class Running:
     """A suite that runs, in a process group of its own."""
 
@@ -111,11 +100,10 @@ class Running:
         self.log = logs / ("%s-%s.log" % (suite.kind, suite.name))
         self._folder = results / suite.kind / suite.name
         self._folder.mkdir(parents=True)
-        give_way_if_asked = give_way if suite.gives_way else None
         with self.log.open("wb") as log:
             self._process = subprocess.Popen(
                 suite.command, env=dict(os.environ, **suite.environment), start_new_session=True,
-                preexec_fn=give_way_if_asked, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT)
+                stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT)
 
     @property
     def ended(self) -> bool:

@@ -3,7 +3,6 @@
 
 import os
 import pathlib
-import re
 import signal
 import subprocess
 import sys
@@ -89,16 +88,6 @@ def test_a_stage_begins_when_the_one_before_it_in_its_row_has_ended(run_rows, tm
     assert statuses == {"quick": "0", "slow": "0", "next": "0"}
 
 
-def test_only_a_suite_that_gives_way_does_so_and_with_all_its_programs(run):
-    """Also where the kernel weighs sessions, each of which says so: "/autogroup-7 nice 10"."""
-    tell = suite("quick", "bash -c 'nice; cat /proc/self/autogroup'; exit 1")
-    usual, group = os.nice(0), pathlib.Path("/proc/self/autogroup")
-    for gives_way, more in ((False, 0), (True, run_all.YIELDING)):
-        _, printed = run(tell._replace(name=str(gives_way), gives_way=gives_way))
-        told = [int(line.split()[-1]) for line in printed.splitlines() if re.match(r"    \| (\d+|.* nice \d+)$", line)]
-        assert told == [min(usual + more, 19)] + [more] * group.exists()
-
-
 def test_no_more_of_them_than_may(run, tmp_path):
     alone = "mkdir %s/alone && sleep 0.2 && rmdir %s/alone" % (tmp_path, tmp_path)
     statuses, _ = run(*(suite(name, alone) for name in "abc"), at_once=1)
@@ -164,8 +153,7 @@ def test_every_folder_and_rostest_is_in_a_stage():
     assert tuple(rostests[:len(run_all.LONGEST_FIRST)]) == run_all.LONGEST_FIRST
 
 
-def test_what_gives_way_computes_and_what_needs_its_time_does_not_give_way():
-    stages = [stage for row in run_all.rows_of_stages(ROOT, pathlib.Path("results"), 2) for stage in row]
-    kinds = {way: {each.kind for stage in stages for each in stage.suites if each.gives_way is way}
-             for way in (True, False)}
-    assert kinds == {True: {"mypy", "flake8", "unit", "messages"}, False: {"integration", "browser", "rostest"}}
+def test_what_computes_runs_beside_what_waits():
+    rows = [[{each.kind for each in stage.suites} for stage in row]
+            for row in run_all.rows_of_stages(ROOT, pathlib.Path("results"), 2)]
+    assert rows == [[{"integration"}, {"browser", "rostest"}], [{"mypy", "flake8", "unit", "messages"}]]
