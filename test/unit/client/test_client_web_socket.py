@@ -263,6 +263,9 @@ def test_a_wake_that_comes_with_half_a_frame_is_noticed(opened, monkeypatch, ord
     monkeypatch.setattr(selectors.DefaultSelector, "select", lambda *arguments: select(*arguments)[::order])
     line.wake()
     peer.sendall(frame(BINARY, b"half")[:3])
+    with selectors.SelectSelector() as arrival:
+        arrival.register(line._port, selectors.EVENT_READ)
+        assert arrival.select(LIMIT)
     waiting = threading.Thread(target=line.read, args=(60.0,), daemon=True)
     waiting.start()
     waiting.join(LIMIT / 3)
