@@ -133,8 +133,10 @@ def test_an_unlock_that_waited_in_a_stopped_server_is_refused(all_of_it):
     site, robot, heard = all_of_it
     with Viewer(site) as viewer:
         viewer.switch_motors_on()
+        stopped = time.monotonic()
         viewer.do("stop", robot=1)
         until(lambda: viewer.frames[1].flags & 256, "locked")
+        until(lambda: heard.stops(stopped), "the robot has heard all that was said before: ENABLE may be said twice")
         pid, at = freeze(site)
         time.sleep(0.3)         # what was under way has been drawn
         stamp = viewer.frames[1].stamp

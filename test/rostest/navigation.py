@@ -185,10 +185,10 @@ class NavigationTest(unittest.TestCase):
         for goal, word in (
                 (goal_at(*in_a_wall), "wall"), (goal_at(1e6, 0.0), "outside"), (goal_at(math.nan, 0.0), "finite"),
                 (goal_at(1.0, 1.0, frame="moon"), "moon"), (goal_at(0.5, 0.0, frame=""), "frame"),
-                (goal_at(0.5, 0.0, frame="base_link", stamp=rospy.Time.now() - rospy.Duration(60)), "60 s old")):
+                (goal_at(0.5, 0.0, frame="base_link", stamp=rospy.Time.now() - rospy.Duration(60)), "[6-9]. s old")):
             self.client.send_goal(goal)
             self.assertEqual(self.result(), GoalStatus.REJECTED, word)
-            self.assertIn(word, self.client.get_goal_status_text())
+            self.assertRegex(self.client.get_goal_status_text(), word)
         answer = self.services["go_to"]("kitchn")
         self.assertFalse(answer.success)
         self.assertIn("'kitchen'", answer.message)
