@@ -16,7 +16,7 @@ from .wheel_motion import WheelBias, path
 
 Array = Any     # of numpy
 
-STEADY = 0.8
+STEADY = 1.5
 """Turning faster than this (rad/s), firings are not used: their time is known to half a cycle only."""
 MOVED = 0.01, 0.02
 """A transducer counts again when the robot has moved this far (m) or has turned this far (rad): standing teaches
