@@ -156,7 +156,7 @@ class DriveByHand(unittest.TestCase):
         os.killpg(self.terminal.process.pid, signal.SIGINT)
         self.stays()
         wait_until("drive ends", lambda: self.terminal.process.poll() is not None)
-        self.assertEqual(self.terminal.process.returncode, 0)
+        self.assertEqual(self.terminal.process.returncode, 0, self.terminal.said)
         self.assertIn("Programs stay locked out until: rosservice call /pioneer/teleop/release", self.terminal.said)
 
 

@@ -73,23 +73,32 @@ class Talk:
 
     def drive(self, linear: float, angular: float) -> None:
         """Publish a velocity (m/s, rad/s)."""
-        self._velocity.publish(Twist(linear=Vector3(x=linear), angular=Vector3(z=angular)))
+        publish(self._velocity, Twist(linear=Vector3(x=linear), angular=Vector3(z=angular)))
 
     def act(self, action: str) -> str:
         """Do what a key or a button says, by the name of the action. Return what there is to say about it."""
         if action in ("stop", "unlock"):
-            self._lock.publish(action == "stop")
+            publish(self._lock, action == "stop")
         elif action in ("motors_on", "motors_off"):
-            self._motors.publish(MotorState(state=int(action == "motors_on")))
+            publish(self._motors, MotorState(state=int(action == "motors_on")))
         elif action in GRIPPER:
             grip, lift = GRIPPER[action]
-            self._gripper.publish(GripperState(grip=GripState(state=grip), lift=LiftState(state=lift)))
+            publish(self._gripper, GripperState(grip=GripState(state=grip), lift=LiftState(state=lift)))
         else:
             try:
                 return str(self._release().message)
             except (rospy.ServiceException, rospy.ROSException) as error:
                 return "the helm is not released: %s" % error
         return ""
+
+
+def publish(publisher: Any, message: Any) -> None:
+    """Publish a message. Do nothing when ROS, which shuts down in another thread, has just closed the topic."""
+    try:
+        publisher.publish(message)
+    except rospy.ROSException:
+        if not rospy.core.is_shutdown_requested():
+            raise
 
 
 class HandDrive:

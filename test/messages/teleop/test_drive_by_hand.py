@@ -3,6 +3,7 @@
 import io
 
 import pytest
+import rospy
 
 from pioneer_control.msg import Helm, MotorState
 from pioneer_control.teleop import node as node_module
@@ -181,3 +182,17 @@ def test_a_wrong_argument_is_refused(arguments):
 
 def test_a_repetition_is_shorter_than_a_press():
     assert REPEATED < FIRST_PRESS
+
+
+class Closed:
+    """A publisher whose topic was closed."""
+
+    def publish(self, message):
+        raise rospy.ROSException("publish() to a closed topic")
+
+
+def test_a_topic_that_closes_while_ros_shuts_down_is_no_error(monkeypatch):
+    with pytest.raises(rospy.ROSException):
+        node_module.publish(Closed(), True)
+    monkeypatch.setattr(rospy.core, "is_shutdown_requested", lambda: True)
+    node_module.publish(Closed(), True)
