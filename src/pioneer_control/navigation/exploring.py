@@ -68,6 +68,7 @@ class Explorer:
         self._given_up: List[Point] = []
         self._tried: List[Point] = []
         self._looks = 0
+        self._tries_again = True
         self._attempt: Optional[_Attempt] = None
         self.homeward = False
         """Whether the present goal is home."""
@@ -123,6 +124,10 @@ class Explorer:
                 return NextGoal(Pose(pose.x, pose.y, looks), "to look at the end of the map", True, before.end)
             self._given_up.append(before.end)
         goal = next_goal(grid_map, pose, self._radius, self._left_alone(), self._numbers)
+        if goal.pose is None and self._tries_again and self._left_alone():
+            # The map is better now, and it comes from elsewhere: what was given up gets one more chance.
+            self._tries_again, self._given_up, self._tried = False, [], []
+            goal = next_goal(grid_map, pose, self._radius, (), self._numbers)
         self.homeward = goal.pose is None
         return NextGoal(self._home, goal.reason + ": home", True) if self.homeward else goal
 

@@ -166,13 +166,15 @@ def test_before_it_gives_up_it_turns_to_look():
     look = explorer.next(floor((0.5, 1.5)), there, 30.0)
     assert look.with_heading and look.pose[:2] == there[:2] and look.end == goal.end
     assert abs(look.pose.heading) < 0.5
-    last = explorer.next(floor((0.5, 1.5)), there, 40.0)
-    assert explorer.homeward and "given up" in last.reason
+    again = explorer.next(floor((0.5, 1.5)), there, 40.0)
+    assert not again.with_heading and not explorer.homeward, "a second chance begins anew"
 
 
-def test_an_end_that_it_cannot_come_near_is_given_up_at_once():
-    explorer, _ = on_its_way()
-    assert explorer.next(floor((0.5, 1.5)), HERE, 30.0).reason.endswith(": home")
+def test_an_end_that_it_cannot_come_near_gets_a_second_chance_when_nothing_else_is_left_and_no_third():
+    explorer, goal = on_its_way()
+    assert explorer.next(floor((0.5, 1.5)), HERE, 30.0).end == goal.end
+    last = explorer.next(floor((0.5, 1.5)), HERE, 60.0)
+    assert explorer.homeward and "given up" in last.reason and last.reason.endswith(": home")
 
 
 def test_an_end_that_is_known_and_unknown_in_turn_is_left_alone_at_last():
@@ -201,8 +203,9 @@ def test_first_it_looks_round():
 def test_after_all_it_goes_home():
     explorer, _ = on_its_way()
     assert not explorer.homeward
-    explorer.refused()
-    last = explorer.next(floor((0.5, 1.5)), HERE, 20.0)
+    for time in (20.0, 30.0):
+        explorer.refused()
+        last = explorer.next(floor((0.5, 1.5)), HERE, time)
     assert explorer.homeward
     assert last.pose == Pose(2.0, 1.0, 0.5)
     assert last.reason.endswith(": home")
