@@ -18,7 +18,7 @@ from typing import List, NamedTuple, Tuple
 
 import numpy as np
 from simulated_robot import CYCLE, SimulatedRobot
-from navigation_cases import case
+from navigation_cases import Case, case
 
 from pioneer_control import p2os
 from pioneer_control.floor_poses import Pose, wrapped
@@ -89,16 +89,20 @@ def set_accelerations(robot: SimulatedRobot, wanted) -> None:
         robot.firmware.receive(p2os.encode_command(*command))
 
 
+def prepared(its: Case, count: int) -> Tuple[GridMap, Chassis, List[Pose], random.Random]:
+    """Return the map of a case, its robot, its goals, and the luck that goes on from there."""
+    luck = random.Random("drive %s" % its.seed)
+    cells, origin = its.world.occupancy(0.05)
+    grid_map = GridMap(cells, 0.05, origin)
+    probe = SimulatedRobot(its.setup, its.world, its.seed)
+    chassis = Chassis(tuple(probe.shape.transducers), tuple(probe.model.outline(its.setup.gripper)), SPEED, TURN_RATE)
+    return grid_map, chassis, goals_of(grid_map, chassis, its.world.starts[0][:2], count, luck), luck
+
+
 def run(seed: int, options) -> List[Leg]:
     """Drive to the goals of a seed."""
     its = case(seed, options.specular)
-    luck = random.Random("drive %s" % seed)
-    cells, origin = its.world.occupancy(0.05)
-    grid_map = GridMap(cells, 0.05, origin)
-    probe = SimulatedRobot(its.setup, its.world, seed)
-    chassis = Chassis(tuple(probe.shape.transducers), tuple(probe.model.outline(its.setup.gripper)), SPEED, TURN_RATE)
-    start = its.world.starts[0]
-    goals = goals_of(grid_map, chassis, start[:2], options.goals, luck)
+    grid_map, chassis, goals, luck = prepared(its, options.goals)
     kept = its.world.changed(goals={str(number): goal for number, goal in enumerate(goals)})
     world = with_walkers(with_unmapped(kept, luck.randint(0, 3), seed), options.walkers, seed)
     robot = SimulatedRobot(its.setup, world, seed)

@@ -13,7 +13,6 @@ import argparse
 import json
 import math
 import os
-import random
 import re
 import signal
 import socket
@@ -35,12 +34,9 @@ from std_srvs.srv import SetBool
 
 from pioneer_control.msg import Navigation  # before the modules of the bench, which look for the sources alone
 from pioneer_control.floor_poses import wrapped
-from pioneer_control.maps import GridMap
-from pioneer_control.navigation.chassis import Chassis
 
 from navigation_cases import case
-from navigation_drive import SPEED, TURN_RATE, goals_of
-from simulated_robot import SimulatedRobot
+from navigation_drive import prepared
 
 PATIENCE = 60.0  # s, for what should happen at once
 LONGEST = 300.0  # s, for one goal
@@ -51,10 +47,10 @@ FAULTS = ("loss 0.2", "loss 0.6", "flips 0.01", "splits 0.5", "delay 0.3", "dela
 
 
 class Truth:
-    """What the simulator says is true, newest first; `trail` has (real time, x, y) of all of it."""
+    """The world, and what the simulator last said is true of it."""
 
     def __init__(self, path: str) -> None:
-        self.world, self.state, self.trail = None, None, []
+        self.world, self.state = None, None
         self._socket = socket.socket(socket.AF_UNIX)
         self._socket.connect(path)
         threading.Thread(target=self._read, daemon=True).start()
@@ -69,7 +65,6 @@ class Truth:
             self.world = message.get("world", self.world)
             if "truth" in message:
                 self.state = message["truth"]
-                self.trail.append((time.monotonic(), *self.state["robots"][0][:2]))
 
     @property
     def pose(self):
@@ -95,30 +90,13 @@ def end(process: subprocess.Popen) -> None:
         process.kill()
 
 
-def world_name(seed: int) -> str:
-    """Return the name by which the command line knows the world of a seed."""
-    name = case(seed).world.name
-    return name if re.search(r"-\d+$", name) or name in ("office", "maze", "corridor", "classroom") else "%s-%d" % (
-        name, seed)
-
-
-def goals_for(seed: int, count: int):
-    """Return the goals of a seed, as bench/navigation_drive.py has them."""
-    its = case(seed)
-    cells, origin = its.world.occupancy(0.05)
-    probe = SimulatedRobot(its.setup, its.world, seed)
-    chassis = Chassis(tuple(probe.shape.transducers), tuple(probe.model.outline(its.setup.gripper)), SPEED, TURN_RATE)
-    return goals_of(GridMap(cells, 0.05, origin), chassis, its.world.starts[0][:2], count,
-                    random.Random("drive %s" % seed)), its.setup.model
-
-
 class Run:
     """A simulated robot that navigates, in processes of their own, and what it says."""
 
     def __init__(self, seed: int, world: str, model: str, options, folder: str) -> None:
         self.name = "%d %s %s" % (seed, world, model)
-        self.told = []
-        self._processes = []
+        self.said, self.told = None, []
+        self._listener, self._processes = None, []
         path = os.path.join(folder, "truth-%d" % seed)
         self._start([sys.executable, "-m", "pioneer_control.simulator", "--world", world, "--model", model, "--real",
                      "--seed", str(seed), "--unmapped", str(seed % 4), "--walkers", str(options.walkers), "--tcp", "0",
@@ -144,6 +122,8 @@ class Run:
 
     def end(self) -> None:
         """End the processes, the last one first."""
+        if self._listener is not None:
+            self._listener.unregister()
         for process in reversed(self._processes):
             end(process)
 
@@ -260,8 +240,9 @@ def main() -> None:
             drive_with_faults(options, folder)
         else:
             for seed in range(int(first), int(last or first) + 1):
-                goals, model = goals_for(seed, options.goals)
-                run = Run(seed, world_name(seed), model, options, folder)
+                its = case(seed)
+                _, _, goals, _ = prepared(its, options.goals)
+                run = Run(seed, its.world.name, its.setup.model, options, folder)
                 try:
                     run.drive_all(goals)
                 finally:
