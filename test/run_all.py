@@ -27,7 +27,7 @@ GRACE = 30.0
 """Seconds that a suite has to end its own programs once it was interrupted."""
 LONGEST_FIRST = (
     "driver_lines", "tutorial_nodes", "bag_replay", "tutorial_pioneer", "navigation", "drive_by_hand",
-    "bag_beside_robot")
+    "bag_beside_robot", "navigation_faults")
 """These rostests take longest. They begin, so that none of them is left running alone at the end."""
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 LINES_SHOWN = 100

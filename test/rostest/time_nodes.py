@@ -6,8 +6,6 @@ when it jumps back.
 import math
 import signal
 import subprocess
-import threading
-import time
 import unittest
 
 import rospy
@@ -15,10 +13,11 @@ import rostest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from rosgraph_msgs.msg import Clock, Log
+from rosgraph_msgs.msg import Log
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 
+from clock import Time
 from pioneer_control.msg import Decision, MotorState
 from witness import PATIENCE, Witness, wait_until
 
@@ -28,28 +27,6 @@ TOPICS = {TRUTH: Odometry, POSE: Odometry, COMMANDS: Twist, DECISIONS: Decision,
           "/diagnostics": DiagnosticArray}
 SIMPLE = ["rosrun", "pioneer_control", "rosPioneer1.py"]
 ADVANCED = ["rosrun", "pioneer_control", "rosPioneer2.py"]
-PERIOD = 0.01  # s between two messages on /clock
-
-
-class Time:
-    """Publishes the clock, `rate` times as fast as real time. While `rate` is None, no clock is published. `passed` is
-    the time (s) that has passed, without jumps. When `passed` is `end`, time stands.
-    """
-
-    def __init__(self):
-        self.now, self.rate = 1000.0, None
-        self.passed, self.end = 0.0, math.inf
-        self._publisher = rospy.Publisher("/clock", Clock, queue_size=10)
-        threading.Thread(target=self._run, daemon=True).start()
-
-    def _run(self):
-        while True:
-            time.sleep(PERIOD)
-            if self.rate is not None:
-                step = max(0.0, min(PERIOD * self.rate, self.end - self.passed))
-                self.passed += step
-                self.now += step
-                self._publisher.publish(Clock(rospy.Time.from_sec(self.now)))
 
 
 class TimeNodes(unittest.TestCase):

@@ -1,7 +1,7 @@
 """Where the robot is, what the map is, and how the robot gets to a goal. Open ``values`` first.
 
 ``values``           what the robot senses and is told; ``firings``: when each sonar fired; ``senses``:
-                     both from the topics of a robot
+                     both from the topics of a robot; ``steady_time``: a time that never goes back
 ``pilot``            all of it for one robot: the front for the node and for benches
 ``node``             the ROS node, a folder
 ``map_files``        loads maps with their named places

@@ -16,6 +16,10 @@ MOST_WAITING = 50
 """Most sonar messages that wait for a pose, and most poses that are kept: of about 5 s."""
 JUMP = 5.0
 """Time (s) between two messages that is a gap: what was heard before says nothing about what is new."""
+SHORTEST = 0.01
+"""Time (s) between two sonar messages below which time stands: no robot sends so often."""
+OUT_OF_ORDER = 0.25
+"""How much (s) the stamps of one topic may go back without a jump of time."""
 
 
 class FiringWatch:
@@ -78,6 +82,7 @@ class Senses:
     """Makes one `Sensing` of each sonar message, with the pose at the same time.
 
     Messages of two topics may come in any order. So a sonar message waits until a pose of its time or later has come.
+    One that is no newer than the last, but for the jitter of stamps, is none: time stands.
 
     Args:
         numbers: the fitted transducers.
@@ -87,6 +92,7 @@ class Senses:
         self._watch = FiringWatch(numbers)
         self._poses: Deque[Tuple[float, Pose]] = deque(maxlen=MOST_WAITING)
         self._waiting: Deque[Tuple[float, Sequence[float]]] = deque(maxlen=MOST_WAITING)
+        self._told: Optional[float] = None      # time of what was sensed last
 
     def hear_pose(self, time: float, pose: Pose) -> List[Sensing]:
         """Take a pose by odometry of a time (s). Return what was sensed, oldest first; usually one or none."""
@@ -106,6 +112,9 @@ class Senses:
         sensed = []
         while self._waiting and self._poses and self._poses[-1][0] >= self._waiting[0][0]:
             time, ranges = self._waiting.popleft()
+            if self._told is not None and -OUT_OF_ORDER < time - self._told < SHORTEST:
+                continue
+            self._told = time
             sensed.append(Sensing(time, self._pose_at(time), timed(self._watch.new(time, ranges), time)))
         return sensed
 

@@ -87,3 +87,14 @@ def test_when_time_jumps_back_nothing_old_is_joined():
     assert senses.hear_pose(1.0, Pose(0.0, 0.0, 0.0)) == []
     sensing, = senses.hear_sonar(1.0, [2.0] * 8)
     assert sensing.odometry.x == 0.0
+
+
+def test_while_time_stands_nothing_is_sensed():
+    senses = Senses(range(8))
+    senses.hear_pose(1.0, Pose(0.0, 0.0, 0.0))
+    assert len(senses.hear_sonar(1.0, [2.0] * 8)) == 1
+    for jitter in (0.0, -0.03, 0.005):
+        senses.hear_pose(1.0 + jitter, Pose(0.1, 0.0, 0.0))
+        assert senses.hear_sonar(1.0 + jitter, [1.9] * 8) == []
+    senses.hear_pose(1.1, Pose(0.2, 0.0, 0.0))
+    assert len(senses.hear_sonar(1.1, [1.8] * 8)) == 1

@@ -2,6 +2,7 @@
 
 ``navigation_node``  the node: one robot's pilot, its goals and its services
 ``hearing``          what the robot's driver tells; ``telling``: what navigation tells
+``tf_watch``         who else says where the robot is
 ``goal_server``      goals, as move_base takes them
 ``place_keeper``     the named places of the map
 ``parameters``       the parameters of the node

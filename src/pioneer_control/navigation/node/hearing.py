@@ -10,12 +10,17 @@ from nav_msgs.msg import Odometry
 from ...errors import PioneerError
 from ...msg import Helm, MotorState, RobotInfo, SonarArray, Stall
 from ..navigator import Readiness
-from ..senses import Senses
+from ..senses import SHORTEST, Senses
+from ..steady_time import SteadyTime
 from ..values import Sensing
 from .messages import pose_of
 
 INFO_PATIENCE = 10.0
 """Time (s) after which the log says that the driver has not told what robot this is."""
+STANDS = 0.3
+"""Time (s) in which messages come without newer stamps, after which time stands still."""
+JUMP_QUIET = 10.0
+"""Time (s) after the log has told of a jump of time in which it tells of no other."""
 
 
 class Hearing:
@@ -28,12 +33,13 @@ class Hearing:
 
     Attributes:
         readiness: whether the robot may move.
-        heard_at: when something was sensed last (monotonic, s).
+        heard_at: when something new was sensed last (monotonic, s).
     """
 
     def __init__(self, numbers: Iterable[int], lock: Any, on_sensed: Callable[[List[Sensing]], None]):
         self.readiness = Readiness()
-        self.heard_at = monotonic()
+        self.heard_at = self._came_at = self._ticked_at = monotonic()
+        self._time, self._newest, self._quiet_until = SteadyTime(), 0.0, 0.0
         self._senses, self._lock, self._on_sensed = Senses(numbers), lock, on_sensed
 
     def start(self) -> None:
@@ -51,11 +57,32 @@ class Hearing:
         except PioneerError as error:
             rospy.logwarn_throttle(10.0, "a message of the robot makes no sense: %s" % error)
 
+    @property
+    def time_stands(self) -> bool:
+        """Whether messages of the robot come, but none with a newer stamp."""
+        return self._came_at - self._ticked_at > STANDS
+
+    def stamp_of(self, time: float) -> rospy.Time:
+        """Return the stamp of a time (s) of what was sensed: the robot's own clock may have jumped since the start."""
+        return rospy.Time.from_sec(max(0.0, time - self._time.offset))
+
     def _hear_pose(self, message: Odometry) -> None:
-        self._sensed(self._senses.hear_pose(message.header.stamp.to_sec(), pose_of(message.pose.pose)))
+        self._sensed(self._senses.hear_pose(self._time_of(message), pose_of(message.pose.pose)))
 
     def _hear_sonar(self, message: SonarArray) -> None:
-        self._sensed(self._senses.hear_sonar(message.header.stamp.to_sec(), message.ranges))
+        self._sensed(self._senses.hear_sonar(self._time_of(message), message.ranges))
+
+    def _time_of(self, message: Any) -> float:
+        """Return the steady time (s) of a message, and tell people when its stamp jumps."""
+        self._came_at = monotonic()
+        time = self._time.of(message.header.stamp.to_sec(), self._came_at)
+        if time > self._newest + SHORTEST:
+            self._newest, self._ticked_at = time, self._came_at
+        if self._time.jump and self._came_at >= self._quiet_until:
+            self._quiet_until = self._came_at + JUMP_QUIET
+            rospy.logwarn("time jumps by %.1f s in the robot's messages; navigation goes on as if it did not",
+                          self._time.jump)
+        return time
 
     def _sensed(self, sensed: List[Sensing]) -> None:
         if sensed:

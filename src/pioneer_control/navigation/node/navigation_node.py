@@ -46,6 +46,7 @@ from .messages import header_of, path_message, pose_message, pose_of, spread_of
 from .parameters import NavigationParameters, check_parameters
 from .place_keeper import PlaceKeeper
 from .telling import Telling
+from .tf_watch import TfWatch
 
 SILENCE = 0.5
 """Time (s) without sonar or pose after which the robot is told to stand."""
@@ -88,6 +89,7 @@ class NavigationNode:
         self._telling = Telling(self._pilot, parameters, chassis.outline)
         self._keeper = PlaceKeeper(floor, parameters.map, self._frame, self._here, self._lock)
         self._listener = tf.TransformListener()
+        self._tf_watch, self._tf_trouble = TfWatch(parameters.odom_frame, parameters.base_frame), ""
 
     def _with_own_brakes(self, numbers: NavigationNumbers) -> NavigationNumbers:
         """Return the numbers to drive with: another driver lends no accelerations, then the robot has its own."""
@@ -114,10 +116,11 @@ class NavigationNode:
         ended = threading.Event()
         rospy.on_shutdown(ended.set)
         while not ended.wait(SILENCE / 2.0):
+            self._look_at_tf()
             with self._lock:
                 silence = monotonic() - self._hearing.heard_at
                 if silence > SILENCE and self._pilot.step.where is not None:
-                    self._follow(self._pilot.silent(silence))
+                    self._follow(self._without_news(silence))
         with self._lock:
             self._stand()
             self._goals.dropped("navigation ends")
@@ -125,6 +128,12 @@ class NavigationNode:
                 self._pilot.finish()
                 self._write_map(self._parameters.save_to)
                 print("the map is saved in %s" % self._parameters.save_to)      # rosout has ended
+
+    def _look_at_tf(self) -> None:
+        trouble = self._tf_watch.trouble()
+        if trouble != self._tf_trouble:
+            rospy.logwarn(trouble or "each frame of this robot has one publisher again")
+            self._tf_trouble = self._telling.tf_trouble = trouble
 
     def _locked(self, act: Callable[[Any], Any]) -> Callable[[Any], Any]:
         def locked(message: Any) -> Any:
@@ -139,17 +148,25 @@ class NavigationNode:
             step = self._pilot.sense(sensing, self._hearing.readiness)
         self._follow(step)
 
+    def _without_news(self, silence: float) -> PilotStep:
+        """Return what to do after so long (s) without anything new of the robot: stand."""
+        step = self._pilot.silent(silence)
+        if step.state is State.WAITING and self._hearing.time_stands:
+            step = step._replace(reason="time stands still: no message of the robot has a newer stamp for %.1f s"
+                                 % silence)
+        return step
+
     def _follow(self, step: PilotStep) -> None:
         """Drive, and tell everybody."""
         self._drive(step)
-        self._telling.tell(step)
+        stamp = self._hearing.stamp_of(step.time)
+        self._telling.tell(step, stamp)
         if step.state is State.REACHED:
             self._goals.reached(step.reason)
         elif step.state is State.FAILED:
             self._goals.failed(step.reason)
         elif step.where is not None:
-            self._goals.feedback(PoseStamped(header_of(self._frame, rospy.Time.from_sec(step.time)),
-                                             pose_message(step.where.pose)))
+            self._goals.feedback(PoseStamped(header_of(self._frame, stamp), pose_message(step.where.pose)))
 
     def _drive(self, step: PilotStep) -> None:
         """Publish the velocity while there is a goal, and one zero when the goal ends. Borrow brakes meanwhile."""
@@ -209,7 +226,7 @@ class NavigationNode:
         """Return a pose of any frame in the frame of the map.
 
         Raises:
-            UsageError: nobody knows the frame, or it moves and the message is old.
+            UsageError: nobody knows the frame, several nodes say where it is, or it moves and the message is old.
         """
         frame = header.frame_id.lstrip("/")
         if frame == self._frame:
@@ -219,6 +236,9 @@ class NavigationNode:
         age = (rospy.Time.now() - header.stamp).to_sec() if header.stamp else 0.0
         if age > OLD_GOAL:
             raise UsageError("it is %.0f s old, and its frame %s moves; the map has %s" % (age, frame, self._frame))
+        trouble = self._tf_watch.trouble()
+        if trouble:
+            raise UsageError("where its frame %s is nobody knows for sure: %s" % (frame, trouble))
         try:
             place, turn = self._listener.lookupTransform(self._frame, frame, rospy.Time(0))
         except tf.Exception:

@@ -21,9 +21,9 @@ class StatusReport:
         self._name = "%s: Navigation" % rospy.get_name().lstrip("/")
         self._told: Tuple[Optional[int], float] = None, 0.0
 
-    def publish(self, step: PilotStep, now: float) -> None:
-        """Publish what a step says, if it is time. `now` is monotonic (s)."""
-        level, text = judged(step)
+    def publish(self, step: PilotStep, tf_trouble: str, now: float) -> None:
+        """Publish what a step and `tf_trouble` say, if it is time. `now` is monotonic (s)."""
+        level, text = judged(step, tf_trouble)
         before, told_at = self._told
         if level == before and now - told_at < PERIOD:
             return
@@ -37,10 +37,14 @@ class StatusReport:
             Header(stamp=rospy.Time.now()), [DiagnosticStatus(level, self._name, text, "", values)]))
 
 
-def judged(step: PilotStep) -> Tuple[int, str]:
-    """Return the level of a step and its text: a warning while the robot is lost, waits, or has given up."""
+def judged(step: PilotStep, tf_trouble: str = "") -> Tuple[int, str]:
+    """Return the level of a step and its text: a warning while the robot is lost, waits, or has given up, and while
+    somebody else tells tf where it is.
+    """
     if step.where is not None and not step.where.sure:
         return DiagnosticStatus.WARN, step.where.reason
     if step.state in (State.WAITING, State.FAILED):
         return DiagnosticStatus.WARN, "%s: %s" % (step.state.value, step.reason)
+    if tf_trouble:
+        return DiagnosticStatus.WARN, tf_trouble
     return DiagnosticStatus.OK, "%s: %s" % (step.state.value, step.reason)

@@ -31,6 +31,9 @@ class Telling:
         pilot: what it does.
         parameters: parameters of the node.
         outline: corners of the robot (m; its own frame).
+
+    Attributes:
+        tf_trouble: who else tells tf where this robot is, for people; empty when nobody does.
     """
 
     def __init__(self, pilot: Pilot, parameters: NavigationParameters, outline: Any):
@@ -50,6 +53,7 @@ class Telling:
         self._status = StatusReport()
         self._due = dict.fromkeys(PERIODS, 0.0)
         self._planned = False
+        self.tf_trouble = ""
         self._said: Any = None
         self._told: Any = None
         self.tell_map()
@@ -60,9 +64,8 @@ class Telling:
         self._map.publish(self.map_message)
         self._metadata.publish(self.map_message.info)
 
-    def tell(self, step: PilotStep) -> None:
-        """Publish what a step says, and log it when it is news."""
-        stamp = rospy.Time.from_sec(step.time)
+    def tell(self, step: PilotStep, stamp: rospy.Time) -> None:
+        """Publish what a step says, with the stamp of its packet, and log it when it is news."""
         if step.where is not None:
             self._tell_state(step, step.where, stamp)
             if stamp != self._told:     # while the robot is silent nothing is known anew
@@ -76,7 +79,7 @@ class Telling:
             self._plan.publish(path_message(step.plan, self._frame, stamp))
         if self._pilot.makes_map and self._is_due("map"):
             self.tell_map()
-        self._status.publish(step, monotonic())
+        self._status.publish(step, self.tf_trouble, monotonic())
         said = step.state, kind_of(step.reason)     # the same with another number is no news
         if said != self._said:
             self._said = said
