@@ -50,6 +50,15 @@ def test_where_there_is_no_rviz_it_says_what_to_install(tmp_path):
     assert b"RViz is not installed: sudo apt-get install rviz" in done.stderr
 
 
+def test_under_navigation_rviz_does_not_listen_to_what_only_the_simulator_knows():
+    """Its frame is joined to nothing there, so that these displays would be errors."""
+    truth = {"world_markers", "markers", "cans", "ground_truth"}
+    for launch, moved in (("navigate.launch", truth), ("view.launch", set())):
+        (node,) = [node for node in launched(launch, *["rviz:=true"] * bool(moved)).nodes if node.name == "rviz"]
+        assert {name for name, _ in node.remap_args} == moved, launch
+        assert not {new for _, new in node.remap_args} & truth
+
+
 def test_where_there_is_one_it_gets_the_arguments(tmp_path):
     rviz = tmp_path / "rviz"
     rviz.write_text("#!/bin/sh\necho $*\n")

@@ -33,7 +33,7 @@ from witness import PATIENCE, Witness, heading_of, wait_until
 TOPICS = {
     "pioneer/navigation": Navigation, "pioneer/ground_truth": Odometry, "pioneer/places": Places,
     "pioneer/map": OccupancyGrid, "pioneer/plan": Path, "/rosout": Log,
-    "pioneer/amcl_pose": PoseWithCovarianceStamped,
+    "pioneer/amcl_pose": PoseWithCovarianceStamped, "pioneer/cmd_vel": Twist,
 }
 
 
@@ -151,6 +151,7 @@ class NavigationTest(unittest.TestCase):
         cancel.publish(GoalID())
         self.stands()
         self.says("idle")
+        self.assertEqual(self.witness.last("pioneer/cmd_vel"), Twist())
 
     def test_03b_cancel_ends_a_goal_of_the_service_too(self):
         cancel = rospy.Publisher("pioneer/move_base/cancel", GoalID, queue_size=1)
@@ -186,9 +187,13 @@ class NavigationTest(unittest.TestCase):
                 (goal_at(*in_a_wall), "wall"), (goal_at(1e6, 0.0), "outside"), (goal_at(math.nan, 0.0), "finite"),
                 (goal_at(1.0, 1.0, frame="moon"), "moon"), (goal_at(0.5, 0.0, frame=""), "frame"),
                 (goal_at(0.5, 0.0, frame="base_link", stamp=rospy.Time.now() - rospy.Duration(60)), "[6-9]. s old")):
+            since = len(self.witness.seen["/rosout"])
             self.client.send_goal(goal)
             self.assertEqual(self.result(), GoalStatus.REJECTED, word)
             self.assertRegex(self.client.get_goal_status_text(), word)
+            self.witness.next("pioneer/navigation", 3)
+            told = [each.msg for each in self.witness.seen["/rosout"][since:] if each.name == "/pioneer/navigation"]
+            self.assertEqual(len(told), 1, told)
         answer = self.services["go_to"]("kitchn")
         self.assertFalse(answer.success)
         self.assertIn("'kitchen'", answer.message)
@@ -241,8 +246,17 @@ class NavigationTest(unittest.TestCase):
         self.says("waiting")
         self.stands()
 
+    def test_09b_it_stands_when_a_wheel_stalls(self):
+        place = self.far_goal()
+        self.client.send_goal(goal_at(place.x, place.y))
+        self.drives()
+        self.services["simulator/add_fault"]("stall")
+        self.says("waiting", "a wheel stalls")
+        self.stands()
+
     def test_10_a_goal_from_a_bag_is_refused(self):
-        before = self.truth()
+        """It is said once, though the player sends many."""
+        before, since = self.truth(), len(self.witness.seen["/rosout"])
         player = subprocess.Popen(
             ["rostopic", "pub", "-r", "5", "pioneer/move_base_simple/goal", "geometry_msgs/PoseStamped",
              "{header: {frame_id: map}, pose: {position: {x: %g, y: %g}, orientation: {w: 1}}}" % self.home,
@@ -252,6 +266,21 @@ class NavigationTest(unittest.TestCase):
         self.witness.next("pioneer/navigation", 20)
         self.assertEqual(self.witness.last("pioneer/navigation").goal, [])
         self.assertEqual(self.truth(), before)
+        told = [each for each in self.witness.seen["/rosout"][since:] if "from a bag" in each.msg]
+        self.assertEqual(len(told), 1)
+
+    def test_10b_a_pose_from_a_bag_is_refused(self):
+        since, pose = len(self.witness.seen["/rosout"]), self.witness.next("pioneer/navigation").pose
+        player = subprocess.Popen(
+            ["rostopic", "pub", "-1", "pioneer/initialpose", "geometry_msgs/PoseWithCovarianceStamped",
+             "{header: {frame_id: map}, pose: {pose: {position: {x: %g, y: %g}, orientation: {w: 1}}}}" % self.home,
+             "__name:=play_1235"], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+        self.addCleanup(player.wait)
+        self.addCleanup(player.kill)
+        self.witness.wait("it is refused", lambda: self.logged("initialpose is refused: it is played back", since))
+        after = self.witness.next("pioneer/navigation", 3)
+        self.assertTrue(after.sure)
+        self.assertLess(math.hypot(after.pose.x - pose.x, after.pose.y - pose.y), 0.1)
 
     def test_11_killed_on_its_way_the_robot_stands_and_has_its_own_brakes_again(self):
         place = self.far_goal()

@@ -175,6 +175,12 @@ class Navigated(NamedTuple):
             sure &= (times < begin) | (times >= end)
         return sure
 
+    @property
+    def sure_track(self) -> Optional[Track]:
+        """Where it knew to be. None if it never knew for as long as two poses."""
+        sure = self.is_sure(self.track.time)
+        return Track(*(values[sure] for values in self.track)) if np.count_nonzero(sure) > 1 else None
+
 
 _NOTHING = np.empty(0)
 
@@ -273,11 +279,14 @@ class Run(NamedTuple):
 
     def echoes(self, track: Optional[Track] = None) -> np.ndarray:
         """Return the points (m) where the sonar had echoes: an array of shape (n, 2). They are in the frame of the
-        track that places them: of the odometry, if no other is given.
+        track that places them: of the odometry, if no other is given. Another one is that of navigation, which places
+        only what was heard while it knew where it was.
 
         At most one point is kept in each square of 1 cm. Empty if the poses of the transducers are not known.
         """
         fitted = np.isin(self.sonar.number, list(self.transducers))
+        if track is not None and self.navigation is not None:
+            fitted &= self.navigation.is_sure(self.sonar.time)
         if not fitted.any():
             return np.empty((0, 2))
         time, number, reach = (values[fitted] for values in self.sonar)

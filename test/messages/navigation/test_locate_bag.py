@@ -75,6 +75,7 @@ def test_an_old_bag_is_located_on_the_map(old_bag, tmp_path, capsys):
         kinds = {topic: info.msg_type for topic, info in bag.get_type_and_topic_info().topics.items()}
     assert counts["/old/sonar"] == counts["/old/pose"] == counts["/old/navigation"] == counts["/old/amcl_pose"]
     assert counts["/old/map"] == 1 and counts["/old/particlecloud"] > 5
+    assert counts["/old/robot_info"] == 1, "the report draws the robot and its echoes"
     assert kinds["/old/sonar"] == "p2os_msgs/SonarArray", "the old messages stay as they were"
 
 
@@ -90,6 +91,8 @@ def test_located_again_the_topics_are_made_anew(old_bag, tmp_path):
     run(old_bag[0], tmp_path / "new.bag", "--map", "tutorial", "--model", "p3dx-sh")
     assert run(tmp_path / "new.bag", tmp_path / "again.bag", "--map", "tutorial", "--model", "p3dx-sh") == 0
     assert len(poses(tmp_path / "again.bag")) == len(poses(tmp_path / "new.bag"))
+    with rosbag.Bag(str(tmp_path / "again.bag")) as bag:
+        assert bag.get_message_count("/old/robot_info") == 1
 
 
 @pytest.mark.parametrize("words, named", [

@@ -9,7 +9,7 @@ import pytest
 import run_factory as make
 from pioneer_control.bags.pages import from_above, page, side_by_side
 from pioneer_control.bags.pages.sheet import HEIGHT, RIGHT, WIDTH, Sheet
-from pioneer_control.bags.recorded_run import CanPath, Map, Report
+from pioneer_control.bags.recorded_run import CanPath, Echoes, Map, Report, Span
 from pioneer_control.errors import UsageError
 
 STILL = make.track(30.0)._replace(**{name: np.zeros(301) for name in ("x", "y", "heading")})
@@ -345,10 +345,23 @@ class TestNavigation:
 
     def test_without_truth_it_shows_where_it_believed_to_be(self):
         view = from_above.view_of(self.run(truth=None, map=TestEchoesBesideTheirWalls.ROOM))
-        assert view.path is view.run.navigation.track and view.walls is not None
+        assert view.path.time[0] >= make.BEGIN + 15.0 and view.walls is not None, "while it was sure"
+        assert set(view.path.y) <= set(view.run.navigation.track.y)
         assert "as navigation has it" in page.summary(view.run, view, ())
         at = view.run.navigation.sure_from
         assert view.odometry.at([at]).pose(0) == pytest.approx(view.path.at([at]).pose(0)), "odometry begins when sure"
+
+    def test_where_it_only_guessed_to_be_is_no_way_and_places_no_echo(self):
+        guess = self.TRUE._replace(x=self.TRUE.x + np.where(self.TRUE.time < make.BEGIN + 14.0, 50.0, 0.0))
+        heard = Echoes(self.TRUE.time, np.zeros(len(self.TRUE.time)), np.ones(len(self.TRUE.time)))
+        run = self.run(truth=None, sonar=heard, transducers={0: (0.0, 0.0, 0.0)},
+                       navigation=make.navigated(self.TRUE, track=guess))
+        view = from_above.view_of(run)
+        assert page.summary(run, view, ())[1] == "%.1f m driven" % run.odometry.length
+        assert view.path.x.max() < 40.0 and len(view.echoes) and view.echoes[:, 0].max() < 40.0
+        lost = self.run(truth=None, navigation=make.navigated(
+            self.TRUE, unsure=(Span(make.BEGIN, make.BEGIN + 61.0, ""),), sure_from=None))
+        assert from_above.view_of(lost).path is not None and page.figure(lost)
 
     def test_signs_of_all_that_is_drawn(self):
         sheet = page.figure(self.run())

@@ -39,7 +39,7 @@ class TopView(NamedTuple):
     """
 
     run: Run
-    path: Track  # the true path if it is known; else where navigation believed to be, or the path of the odometry
+    path: Track  # the true path if it is known; else where navigation knew to be, or the path of the odometry
     odometry: Track
     echoes: np.ndarray  # (n, 2)
     walls: Optional[Map]
@@ -51,7 +51,7 @@ def view_of(run: Run) -> TopView:
     """Return what is to be drawn of a run."""
     odometry = run.odometry.seen_from(run.odometry_origin)
     truth, believed = run.truth_in_map, run.navigation.track if run.navigation else None
-    path = truth or believed or odometry
+    path = truth or (run.navigation and run.navigation.sure_track) or odometry
     if believed is None:
         echoes = np.column_stack(placed(run.odometry_origin, *run.echoes().T))
     else:

@@ -180,11 +180,12 @@ def summary(run: Run, view: from_above.TopView, wrong: Sequence[Incident]) -> Li
     """Return the figures of a run in words: its duration, its length, its error, and its errors, warnings and gaps."""
     off = np.hypot(view.odometry.x[-1] - view.path.x[-1], view.odometry.y[-1] - view.path.y[-1])
     odometry = "odometry exact: ideal wheels" if off < EXACT else "odometry %.0f cm off at the end" % (100 * off)
+    way = (run.truth or run.odometry).length    # navigation may find itself elsewhere: that is no way
     errors, warnings = (sum(len(each.times) for each in wrong if each.level == level) for level in (ERROR, WARNING))
     counts = {"error%s": errors, "warning%s": warnings, "gap%s in the data": len(silences(run.gaps))}
     return [
         how_long(run.duration),
-        ("%.1f m driven" if view.path.length < 100 else "%.0f m driven") % view.path.length,
+        ("%.1f m driven" if way < 100 else "%.0f m driven") % way,
         odometry if run.truth is not None else
         "as navigation has it" if run.navigation is not None else "as the robot's odometry has it",
         *["%s %s" % (count, what % ("s" * (count > 1))) for what, count in counts.items() if count],

@@ -19,6 +19,11 @@ NAME = "move_base"
 """The name of the action."""
 
 
+def say_refused(why_not: str) -> None:
+    """Say in the log why goals of a bag player are refused. It may send ten a second: once in 10 s is enough."""
+    rospy.logwarn_throttle(10.0, "a goal is refused: %s" % why_not)
+
+
 class _Server(actionlib.ActionServer):
     """An action server that refuses goals of a bag player, and whose "cancel all" also ends goals of a service."""
 
@@ -30,7 +35,7 @@ class _Server(actionlib.ActionServer):
         """Take a goal that comes, unless it comes from a bag."""
         why_not = self._refuses(goal)
         if why_not:
-            rospy.logwarn("a goal is refused: %s", why_not)
+            say_refused(why_not)
             return
         super().internal_goal_callback(goal)
 
@@ -111,7 +116,7 @@ class GoalServer:
         """Send a goal of the topic through the action, as move_base does, so that its status is told too."""
         why_not = refuses(message)
         if why_not:
-            rospy.logwarn("a goal is refused: %s", why_not)
+            say_refused(why_not)
             return
         stamp = rospy.Time.now()
         self._own_goals.publish(MoveBaseActionGoal(

@@ -13,7 +13,7 @@ from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 import genpy
 from nav_msgs.msg import OccupancyGrid
 
-from ... import msg
+from ... import msg, standard_messages
 from ...bags.command_line import Progress, parser_of
 from ...bags.converting.messages import kind_of, namespace_of, transducers_of
 from ...bags.reader import BagReader, decode, read_bag
@@ -23,7 +23,7 @@ from ...errors import PioneerError, UsageError
 from ...floor_poses import Pose
 from ...maps import write_ros_map
 from ...message_values import heading_of
-from ...robots import find_model
+from ...robots import RobotModel, find_model
 from ...whole_file import writing
 from ..chassis import Chassis
 from ..map_files import load_floor_map
@@ -48,7 +48,8 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
     "--start": dict(nargs=3, type=float, metavar=("X", "Y", "HEADING"),
                     help="where the robot was at first (m, m, rad); without it, it is found out"),
     "--robot": dict(default="", metavar="NAME", help="namespace of the robot, if the bag has several"),
-    "--model": dict(default="", help="model of a robot that has no robot_info in the bag: p3dx-sh for example"),
+    "--model": dict(default="", help="model of a robot that has no robot_info in the bag: p3dx-sh for example; the new "
+                                     "bag gets one"),
     "--seed": dict(type=int, default=0, help="of what chance decides"),
 }
 
@@ -61,8 +62,8 @@ class Located(NamedTuple):
     damage: str
 
 
-def robot_of(path: str, wanted: str, model: str) -> Tuple[str, Chassis]:
-    """Return namespace and shape of the robot in a bag.
+def robot_of(path: str, wanted: str, model: str) -> Tuple[str, Chassis, Optional[RobotModel]]:
+    """Return namespace and shape of the robot in a bag, and its model if the bag does not tell it.
 
     Raises:
         UsageError: there is no such robot, there are several, or nobody says where its transducers look.
@@ -85,9 +86,9 @@ def robot_of(path: str, wanted: str, model: str) -> Tuple[str, Chassis]:
             raise UsageError("%s does not say where the transducers look (it has no robot_info): name its model,"
                              " --model p3dx-sh for example" % path)
         found = find_model(model)
-        return names[0], Chassis(found.sonar, found.outline(False), 0.4, 1.0)
-    return names[0], Chassis(transducers_of(info), tuple((corner.x, corner.y) for corner in info.footprint.points),
-                             0.4, 1.0)
+        return names[0], Chassis(found.sonar, found.outline(False), 0.4, 1.0), found if info is None else None
+    corners = tuple((corner.x, corner.y) for corner in info.footprint.points)
+    return names[0], Chassis(transducers_of(info), corners, 0.4, 1.0), None
 
 
 class Locator:
@@ -96,10 +97,11 @@ class Locator:
     Args:
         pilot: the navigation.
         transducers: numbers of the fitted transducers.
+        model: the model of the robot, to be told in the new bag; None: the old bag tells it.
     """
 
-    def __init__(self, pilot: Pilot, transducers: Sequence[int]):
-        self._pilot, self._senses = pilot, Senses(transducers)
+    def __init__(self, pilot: Pilot, transducers: Sequence[int], model: Optional[RobotModel] = None):
+        self._pilot, self._senses, self._model = pilot, Senses(transducers), model
         self._next_cloud = self._next_map = 0.0
         self.heard = self.sure = 0
 
@@ -127,6 +129,8 @@ class Locator:
             ("navigation", msg.Navigation(header_of(FRAME, stamp), step.state.value, step.reason, where.sure,
                                           where.reason, pose2d(where.pose), [], 0.0, 0.0)),
             ("amcl_pose", pose_with_covariance(where.pose, where.covariance, FRAME, stamp))]
+        if self.heard == 1 and self._model is not None:
+            made.append(("robot_info", standard_messages.robot_info(self._model, False, stamp, "base_link")))
         if not 0.0 <= self._next_cloud - step.time <= CLOUD_EVERY:
             self._next_cloud = step.time + CLOUD_EVERY
             particles = self._pilot.particles
@@ -174,7 +178,7 @@ def locate(source: str, target: str, robot: str, locator: Locator) -> Located:
 
 def connection_header(topic: str, message: Any) -> Dict[str, str]:
     """Return the header of a connection in a bag, for messages that this program makes."""
-    latched = {"latching": "1"} if isinstance(message, OccupancyGrid) else {}
+    latched = {"latching": "1"} if isinstance(message, (OccupancyGrid, msg.RobotInfo)) else {}
     return {"topic": topic, "type": message._type, "md5sum": message._md5sum, "message_definition": message._full_text,
             "callerid": "/locate_bag", **latched}
 
@@ -191,12 +195,12 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         if options.map and options.save_map:
             raise UsageError("--save-map %s: a map is made only without --map" % options.save_map)
         floor = load_floor_map(options.map) if options.map else None
-        robot, chassis = robot_of(options.bag, options.robot, options.model)
+        robot, chassis, model = robot_of(options.bag, options.robot, options.model)
         pilot = Pilot(floor, chassis, seed=options.seed)
         if options.start:
             pilot.start_at(Pose(*options.start), 0.3, 0.2)
         done = locate(options.bag, options.output, robot,
-                      Locator(pilot, [each.number for each in chassis.transducers]))
+                      Locator(pilot, [each.number for each in chassis.transducers], model))
         if options.save_map:
             pilot.finish()
             write_ros_map(pilot.grid, options.save_map)

@@ -202,6 +202,7 @@ class NavigationNode:
         """Send the robot to a goal. Raises RefusedError with the reason when there is no way to it."""
         why_not = self._pilot.go_to(goal)
         if why_not:
+            self._telling.has_said(State.FAILED, why_not)      # who catches this says it
             raise RefusedError(why_not)
         rospy.loginfo("goal: %s%.2f, %.2f", name and name + ", at ", goal.x, goal.y)
 
@@ -258,6 +259,7 @@ class NavigationNode:
         try:
             self._send_to(self._keeper.place(request.place), request.place)
         except PioneerError as error:
+            rospy.logwarn("a goal is refused: %s", error)
             return GoToResponse(False, str(error))
         self._goals.dropped("another goal has taken its place")
         return GoToResponse(True, "on the way to %s" % request.place)

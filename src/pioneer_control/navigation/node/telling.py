@@ -64,6 +64,10 @@ class Telling:
         self._map.publish(self.map_message)
         self._metadata.publish(self.map_message.info)
 
+    def has_said(self, state: State, reason: str) -> None:
+        """The log has this state and its reason already: they are no news."""
+        self._said = state, kind_of(reason)
+
     def tell(self, step: PilotStep, stamp: rospy.Time) -> None:
         """Publish what a step says, with the stamp of its packet, and log it when it is news."""
         if step.where is not None:
