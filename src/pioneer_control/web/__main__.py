@@ -76,6 +76,8 @@ def serve(options: argparse.Namespace, ending: "Signals") -> None:
         raise UsageError("a task is for a class: give --class N too")
     if options.students is not None and options.robots:
         raise UsageError("a class has simulated robots: give --class or robots, but not both")
+    if options.real and options.robots:
+        raise UsageError("--real is for simulated robots: give --real or robots, but not both")
     if bags and len(bags) < len(options.robots):
         raise UsageError("give bags, or ports of robots, but not both: %s" % " ".join(options.robots))
     with contextlib.ExitStack() as stack:
@@ -106,7 +108,7 @@ def serve_robots(options: argparse.Namespace, ending: "Signals", stack: contextl
     if simulated:
         # The simulator starts while this program imports the rest.
         truth = os.path.join(stack.enter_context(tempfile.TemporaryDirectory(prefix="pioneer-")), "truth")
-        simulator = stack.enter_context(simulator_process(truth))
+        simulator = stack.enter_context(simulator_process(truth, *real_option(options)))
     from .client_crew import ClientCrew     # late, see above
     site = opened("simulated robot" if simulated else ", ".join(map(without_key, urls)), options, stack)
     if simulated:
@@ -123,7 +125,8 @@ def serve_class(options: argparse.Namespace, ending: "Signals", stack: contextli
     """Serve a class with a simulated robot for each student, until a signal comes."""
     count, world = options.students, options.world
     truth = os.path.join(stack.enter_context(tempfile.TemporaryDirectory(prefix="pioneer-")), "truth")
-    simulator = stack.enter_context(simulator_process(truth, "--robots", str(count), "--world", world, "--tasks"))
+    simulator = stack.enter_context(simulator_process(
+        truth, "--robots", str(count), "--world", world, "--tasks", *real_option(options)))
     from .class_desk import ClassDesk       # late: the simulator starts meanwhile
     from .client_crew import ClientCrew
     from .paced_feed import PacedFeed
@@ -157,6 +160,11 @@ def serve_class(options: argparse.Namespace, ending: "Signals", stack: contextli
         "    %s" % site.class_address, "",
         "%d robots stand in the world %r." % (count, world),
         *([] if site.shared else ["This serves this computer only. --share lets others in."])])
+
+
+def real_option(options: argparse.Namespace) -> List[str]:
+    """Return the simulator's option for wheels and sonar that err, if it is wanted."""
+    return ["--real"] * bool(options.real)
 
 
 def choose_task(name: str, truth: "TruthLine", board: "TaskBoard", ending: "Signals") -> None:
@@ -274,6 +282,7 @@ def parser() -> argparse.ArgumentParser:
                         help="a class: N simulated robots, a page for the teacher, and one for each student")
     result.add_argument("--world", default="classroom", help="the world of a class (default: %(default)s)")
     result.add_argument("--task", metavar="NAME", help="a class begins with this task chosen: square, goal, ...")
+    result.add_argument("--real", action="store_true", help="wheels and sonar of simulated robots err as real ones do")
     result.add_argument("--truth", metavar="PATH",
                         help="the simulator's socket of this option: shows the map of its robots")
     result.add_argument("--folder", help=argparse.SUPPRESS)     # of another page: for tests
