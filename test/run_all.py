@@ -55,15 +55,15 @@ class Stage(NamedTuple):
 def rows_of_stages(source: pathlib.Path, results: pathlib.Path, cores: int) -> List[List[Stage]]:
     """Return all tests. In each row, a stage begins when the previous one has ended. The rows run beside each other.
 
-    Of suites that mostly wait, two run on each processor: of the integration tests, and then of the rostests, with the
-    browser tests among them. Beside them run those that compute, with no lower priority: when the machine is busy,
-    those that gave way would get no time for longer than they may wait.
+    Of suites that mostly wait, three run on each processor, for each takes about a third of it: of the integration
+    tests, and then of the rostests, with the browser tests among them. Beside them run those that compute, with no
+    lower priority: when the machine is busy, those that gave way would get no time for longer than they may wait.
     """
     tests = sorted((source / "test" / "rostest").glob("*.test"))
     tests.sort(key=lambda path: LONGEST_FIRST.index(path.stem) if path.stem in LONGEST_FIRST else len(LONGEST_FIRST))
     waiting = [
-        Stage([pytest_suite("integration", results, 2 * cores)]),
-        Stage([pytest_suite("browser", results, cores), *(rostest_suite(path, results) for path in tests)], 2 * cores)]
+        Stage([pytest_suite("integration", results, 3 * cores)]),
+        Stage([pytest_suite("browser", results, cores), *(rostest_suite(path, results) for path in tests)], 3 * cores)]
     computing = [
         check_suite("mypy", results), check_suite("flake8", results),
         pytest_suite("unit", results, cores), pytest_suite("messages", results, cores)]

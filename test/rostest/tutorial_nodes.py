@@ -115,7 +115,8 @@ class TutorialNodes(unittest.TestCase):
     def test_3_the_advanced_node_wanders_picks_wanders_picks_and_touches_nothing(self):
         """Rows 8 to 11, 15, 22 to 24: the program comes to its end, a can is lifted, and the robot touched no wall."""
         first_truth = len(self.witness.seen[TRUTH])
-        output, status = self.end_of(self.start(ADVANCED + ["_duration:=10.0", "_seed:=3"]), patience=3 * PATIENCE)
+        program = self.start(ADVANCED + ["_speed:=0.2", "_duration:=6.0", "_seed:=3"])
+        output, status = self.end_of(program, patience=3 * PATIENCE)
         self.assertEqual(status, 0, output)
         self.assert_told_to_stand_and_stands()
         for said in ("driving: ", "gripper, lower: ", "gripper, open: ", "gripper, close: ", "gripper, raise: done",
