@@ -6,7 +6,7 @@ robot must not keep what nobody else expects. So silence means: put back. No ROS
 
 import threading
 from dataclasses import replace
-from typing import Callable, FrozenSet, Optional
+from typing import Any, Callable, Dict, FrozenSet, Optional
 
 from ..client.tuning import Tuning
 from ..errors import RefusedError, UsageError
@@ -104,4 +104,5 @@ class BorrowedAccelerations:
 
     def _over(self, own: Tuning) -> Tuning:
         assert self._wish is not None
-        return replace(own, **self._wish.values)
+        wished: Dict[str, Any] = self._wish.values      # Any: fields have different types
+        return replace(own, **wished)

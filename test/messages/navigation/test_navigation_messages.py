@@ -69,7 +69,15 @@ def test_each_pose_of_a_path_looks_to_the_next():
 
 
 def test_a_cloud_and_a_footprint():
-    cloud = cloud_message(np.array([[1.0, 2.0, 0.5], [3.0, 4.0, -0.5]]), "map", STAMP)
+    cloud = cloud_message(np.array([[1.0, 2.0, 0.5], [3.0, 4.0, -0.5]]), 500, "map", STAMP)
     assert [pose_of(pose).heading for pose in cloud.poses] == pytest.approx([0.5, -0.5])
     outline = footprint_message([(0.2, 0.1), (-0.2, 0.1), (-0.2, -0.1)], "base_link", STAMP)
     assert [round(corner.x, 3) for corner in outline.polygon.points] == [0.2, -0.2, -0.2]
+
+
+@pytest.mark.parametrize("count, told", [(1, 1), (500, 500), (501, 251), (999, 500), (1200, 400), (20000, 500)])
+def test_a_cloud_has_at_most_as_many_poses_as_wanted_from_all_of_it(count, told):
+    particles = np.arange(count)[:, None] * [1.0, 0.0, 0.0]
+    cloud = cloud_message(particles, 500, "map", STAMP)
+    assert len(cloud.poses) == told
+    assert cloud.poses[0].position.x == 0.0 and cloud.poses[-1].position.x > 0.99 * count - 2

@@ -35,6 +35,8 @@ from .messages import cloud_message, header_of, map_message, pose2d, pose_with_c
 FRAME = "map"
 CLOUD_EVERY = 1.0
 """Time (s) between two clouds in the new bag."""
+MOST_IN_CLOUD = 200
+"""Most poses in one of them."""
 MAP_EVERY = 10.0
 """Time (s) between two states of a map that is made."""
 MADE = ("navigation", "amcl_pose", "particlecloud", "map")
@@ -133,8 +135,7 @@ class Locator:
             made.append(("robot_info", standard_messages.robot_info(self._model, False, stamp, "base_link")))
         if not 0.0 <= self._next_cloud - step.time <= CLOUD_EVERY:
             self._next_cloud = step.time + CLOUD_EVERY
-            particles = self._pilot.particles
-            made.append(("particlecloud", cloud_message(particles[::max(1, len(particles) // 200)], FRAME, stamp)))
+            made.append(("particlecloud", cloud_message(self._pilot.particles, MOST_IN_CLOUD, FRAME, stamp)))
         if self.heard == 1 or self._pilot.makes_map and not 0.0 <= self._next_map - step.time <= MAP_EVERY:
             self._next_map = step.time + MAP_EVERY
             made.append(("map", map_message(self._pilot.grid, FRAME, stamp)))

@@ -71,9 +71,13 @@ def spread_of(covariance: Sequence[float]) -> Tuple[float, float]:
     return math.sqrt(max(variances[:2])), math.sqrt(variances[2])
 
 
-def cloud_message(particles: Any, frame: str, stamp: Any) -> PoseArray:
-    """Return particles, an array (n, 3) of x, y (m) and heading (rad), as poses."""
-    return PoseArray(header_of(frame, stamp), [pose_message(Pose(*particle)) for particle in particles.tolist()])
+def cloud_message(particles: Any, most: int, frame: str, stamp: Any) -> PoseArray:
+    """Return particles, an array (n, 3) of x, y (m) and heading (rad), as at most `most` poses.
+
+    Of more, each second, third and so on is taken: RViz and the page stay quick, and bags small.
+    """
+    some = particles[::max(1, math.ceil(len(particles) / most))].tolist()
+    return PoseArray(header_of(frame, stamp), [pose_message(Pose(*particle)) for particle in some])
 
 
 def path_message(points: Iterable[Tuple[float, float]], frame: str, stamp: Any) -> Path:

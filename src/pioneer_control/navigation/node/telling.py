@@ -21,7 +21,7 @@ from .status import StatusReport
 PERIODS = {"cloud": 0.5, "plan": 0.5, "map": 1.0}
 """Times (s) between two messages of one kind: the cloud, the plan, and a map that is being made."""
 MOST_DRAWN = 500
-"""Most particles in one message."""
+"""Most poses in one cloud."""
 
 
 class Telling:
@@ -76,8 +76,7 @@ class Telling:
                 self._told = stamp
                 self._tell_where(step, step.where, stamp)
         if self._cloud.get_num_connections() and self._is_due("cloud"):
-            particles = self._pilot.particles
-            self._cloud.publish(cloud_message(particles[::max(1, len(particles) // MOST_DRAWN)], self._frame, stamp))
+            self._cloud.publish(cloud_message(self._pilot.particles, MOST_DRAWN, self._frame, stamp))
         if (step.plan or self._planned) and self._is_due("plan"):
             self._planned = bool(step.plan)
             self._plan.publish(path_message(step.plan, self._frame, stamp))

@@ -222,7 +222,7 @@ def real_numbers(numbers: RobotNumbers, seed: int) -> RobotNumbers:
                    sonar=replace(numbers.sonar, **real["sonar"]))
 
 
-def _real_values(seed: int) -> Dict[str, Dict[str, float]]:
+def _real_values(seed: int) -> Dict[str, Dict[str, Any]]:
     """Return the numbers of a real robot that differ from ``robot.yaml``, by section and name."""
     rng = random.Random("real %s" % seed)
     drawn = {name: rng.uniform(-most, most) for name, most in REAL_RANGES.items()}
