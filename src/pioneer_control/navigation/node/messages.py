@@ -41,6 +41,12 @@ def pose_of(message: PoseMessage) -> Pose:
     return Pose(place.x, place.y, heading_of(*(part / length for part in (turn.x, turn.y, turn.z, turn.w))))
 
 
+def pose_of_transform(transform: Any) -> Pose:
+    """Return where a geometry_msgs/Transform of tf places a frame on the floor."""
+    turn = transform.rotation
+    return Pose(transform.translation.x, transform.translation.y, heading_of(turn.x, turn.y, turn.z, turn.w))
+
+
 def pose2d(pose: Pose) -> Pose2D:
     """Return a pose on the floor as a Pose2D message."""
     return Pose2D(pose.x, pose.y, pose.heading)

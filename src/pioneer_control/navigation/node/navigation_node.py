@@ -21,7 +21,6 @@ from time import monotonic
 from typing import Any, Callable, List, Optional
 
 import rospy
-import tf
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist, Vector3
 from nav_msgs.srv import GetMap, GetMapResponse, GetPlan, GetPlanResponse
 from std_srvs.srv import Empty, EmptyResponse, SetBool, SetBoolResponse
@@ -88,7 +87,6 @@ class NavigationNode:
         self._hearing = Hearing(info.sonar_numbers, self._lock, self._sense)
         self._telling = Telling(self._pilot, parameters, chassis.outline)
         self._keeper = PlaceKeeper(floor, parameters.map, self._frame, self._here, self._lock)
-        self._listener = tf.TransformListener()
         self._tf_watch, self._tf_trouble = TfWatch(parameters.odom_frame, parameters.base_frame), ""
 
     def _with_own_brakes(self, numbers: NavigationNumbers) -> NavigationNumbers:
@@ -130,6 +128,7 @@ class NavigationNode:
                 print("the map is saved in %s" % self._parameters.save_to)      # rosout has ended
 
     def _look_at_tf(self) -> None:
+        self._tf_watch.leave_a_crowd()
         trouble = self._tf_watch.trouble()
         if trouble != self._tf_trouble:
             rospy.logwarn(trouble or "each frame of this robot has one publisher again")
@@ -237,15 +236,7 @@ class NavigationNode:
         age = (rospy.Time.now() - header.stamp).to_sec() if header.stamp else 0.0
         if age > OLD_GOAL:
             raise UsageError("it is %.0f s old, and its frame %s moves; the map has %s" % (age, frame, self._frame))
-        trouble = self._tf_watch.trouble()
-        if trouble:
-            raise UsageError("where its frame %s is nobody knows for sure: %s" % (frame, trouble))
-        try:
-            place, turn = self._listener.lookupTransform(self._frame, frame, rospy.Time(0))
-        except tf.Exception:
-            raise UsageError("nobody says where its frame %s is in %s" % (frame, self._frame)) from None
-        _, _, heading = tf.transformations.euler_from_quaternion(turn)
-        return compose(Pose(place[0], place[1], heading), pose)
+        return compose(self._tf_watch.pose(frame, self._frame), pose)
 
     def _here(self) -> Pose:
         where = self._pilot.step.where

@@ -95,7 +95,8 @@ class Telling:
         self._tf.sendTransform((origin.x, origin.y, 0.0), (turn.x, turn.y, turn.z, turn.w), stamp + ahead,
                                self._parameters.odom_frame, self._frame)
         self._amcl_pose.publish(pose_with_covariance(where.pose, where.covariance, self._frame, stamp))
-        self._footprint.publish(footprint_message(self._outline, self._parameters.base_frame, stamp))
+        if self._footprint.get_num_connections():
+            self._footprint.publish(footprint_message(self._outline, self._parameters.base_frame, stamp))
 
     def _tell_state(self, step: PilotStep, where: Where, stamp: Any) -> None:
         self._state.publish(Navigation(

@@ -1,21 +1,31 @@
-"""Looks whether somebody else publishes the frames of this robot: another robot, or another localisation.
+"""Hears tf: where frames are on the map, and whether somebody else publishes the frames of this robot.
 
-Navigation drives by what its own robot tells, not by tf: the way to a goal on the map is not harmed. But who asks tf
-where the robot is gets two answers in turn.
+Navigation drives by what its own robot tells, not by tf: another robot or another localisation with the same frames
+does no harm to the way to a goal on the map. But who asks tf where the robot is gets two answers in turn.
+
+In a crowd nobody can hear all of tf: of 30 robots, each would take what 60 nodes publish, ten times a second. That took
+more time than to navigate. There goals must be in the frame of the map.
 """
 
 from time import monotonic
 from typing import Any, Dict, List
 
 import rospy
+import tf2_ros
 from tf2_msgs.msg import TFMessage
+
+from ...errors import UsageError
+from ...floor_poses import Pose
+from .messages import pose_of_transform
 
 FORGOTTEN = 2.0
 """Time (s) after which somebody who published a frame publishes it no more."""
+MOST_PUBLISHERS = 12
+"""Most nodes that may publish tf: those of six robots."""
 
 
 class TfWatch:
-    """Knows who publishes where some frames are.
+    """Knows where frames are, and who publishes those of this robot.
 
     Args:
         frames: the frames that one node alone may publish.
@@ -23,14 +33,46 @@ class TfWatch:
 
     def __init__(self, *frames: str):
         self._said: Dict[str, Dict[str, float]] = {frame: {} for frame in frames}     # by frame: who, and until when
-        for topic, lasts in (("/tf", FORGOTTEN), ("/tf_static", float("inf"))):
-            rospy.Subscriber(topic, TFMessage, self._hear, lasts, queue_size=100)
+        self._buffer = tf2_ros.Buffer(debug=False)
+        self._subscribers = [rospy.Subscriber(topic, TFMessage, self._hear, is_static, queue_size=100)
+                             for topic, is_static in (("/tf", False), ("/tf_static", True))]
 
-    def _hear(self, message: Any, lasts: float) -> None:
+    def _hear(self, message: Any, is_static: bool) -> None:
+        keep = self._buffer.set_transform_static if is_static else self._buffer.set_transform
+        who, until = message._connection_header["callerid"], float("inf") if is_static else monotonic() + FORGOTTEN
         for transform in message.transforms:
+            keep(transform, who)
             publishers = self._said.get(transform.child_frame_id.lstrip("/"))
             if publishers is not None:
-                publishers[message._connection_header["callerid"]] = monotonic() + lasts
+                publishers[who] = until
+
+    def leave_a_crowd(self) -> None:
+        """Hear no tf any more if too many nodes publish it, and say so."""
+        count = self._subscribers[0].get_num_connections() if self._subscribers else 0
+        if count > MOST_PUBLISHERS:
+            for subscriber in self._subscribers:
+                subscriber.unregister()
+            self._subscribers = []
+            self._said = {frame: {} for frame in self._said}
+            rospy.loginfo("%d nodes publish tf: navigation hears it no more, and takes goals in the frame of the map"
+                          " alone", count)
+
+    def pose(self, frame: str, parent: str) -> Pose:
+        """Return where a frame is in another one.
+
+        Raises:
+            UsageError: nobody says so, or several nodes, or navigation hears no tf.
+        """
+        if not self._subscribers:
+            raise UsageError("more than %d nodes publish tf: navigation does not hear where its frame %s is; it must be"
+                             " in %s" % (MOST_PUBLISHERS, frame, parent))
+        trouble = self.trouble()
+        if trouble:
+            raise UsageError("where its frame %s is nobody knows for sure: %s" % (frame, trouble))
+        try:
+            return pose_of_transform(self._buffer.lookup_transform(parent, frame, rospy.Time(0)).transform)
+        except tf2_ros.TransformException:
+            raise UsageError("nobody says where its frame %s is in %s" % (frame, parent)) from None
 
     def trouble(self) -> str:
         """Return which frame several nodes publish, for people; empty when each has one publisher."""

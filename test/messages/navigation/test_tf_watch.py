@@ -1,0 +1,76 @@
+"""What navigation hears of tf, without a master: messages are handed to it."""
+
+import math
+
+import pytest
+import rospy
+from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
+from rospy import Time
+from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
+
+from pioneer_control.errors import UsageError
+from pioneer_control.navigation.node import tf_watch
+
+
+class Subscriber:
+    """A subscriber of rospy's, to as many publishers as a test says."""
+
+    publishers = 1
+
+    def __init__(self, topic, kind, hear, argument, queue_size):
+        self.topic, self.hear, self.argument, self.is_there = topic, hear, argument, True
+
+    def get_num_connections(self):
+        return self.publishers
+
+    def unregister(self):
+        self.is_there = False
+
+
+@pytest.fixture
+def watch(monkeypatch):
+    monkeypatch.setattr(rospy, "Subscriber", Subscriber)
+    return tf_watch.TfWatch("odom", "base_link")
+
+
+def tell(watch, who, parent, frame, x, static=False):
+    message = TFMessage([TransformStamped(Header(frame_id=parent, stamp=Time(5)), frame, Transform(
+        Vector3(x, 0.0, 0.0), Quaternion(0.0, 0.0, math.sin(math.pi / 4), math.cos(math.pi / 4))))])
+    message._connection_header = {"callerid": who}
+    watch._hear(message, static)
+
+
+def test_a_frame_is_where_tf_says(watch):
+    tell(watch, "/a", "map", "odom", 2.0)
+    tell(watch, "/b", "odom", "camera", 1.0, static=True)
+    assert watch.pose("camera", "map") == pytest.approx((2.0, 1.0, math.pi))
+    assert watch.trouble() == ""
+
+
+def test_a_frame_that_nobody_tells_is_named(watch):
+    with pytest.raises(UsageError, match="nobody says where its frame camera is in map"):
+        watch.pose("camera", "map")
+
+
+def test_two_who_tell_of_one_frame_are_named(watch):
+    for who in ("/b", "/a"):
+        tell(watch, who, "map", "odom", 2.0)
+    assert "odom: /a and /b" in watch.trouble()
+    with pytest.raises(UsageError, match="nobody knows for sure"):
+        watch.pose("odom", "map")
+
+
+@pytest.mark.parametrize("publishers, stays", [(0, True), (12, True), (13, False)])
+def test_a_crowd_is_left(watch, monkeypatch, publishers, stays):
+    monkeypatch.setattr(rospy, "loginfo", lambda *words: None)
+    subscribers = list(watch._subscribers)
+    for who in ("/a", "/b"):
+        tell(watch, who, "map", "odom", 2.0)
+    monkeypatch.setattr(Subscriber, "publishers", publishers)
+    for _ in range(2):
+        watch.leave_a_crowd()
+    assert [each.is_there for each in subscribers] == [stays, stays]
+    assert (watch.trouble() != "") == stays, "what was heard before is forgotten"
+    with pytest.raises(UsageError, match="nobody knows for sure" if stays else "more than 12 nodes .* must be in map"):
+        watch.pose("odom", "map")
