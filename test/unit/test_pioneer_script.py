@@ -437,12 +437,13 @@ BROUGHT_BY = {
     "diagnostic_aggregator": "libdiagnostic-aggregator-tools", "diagnostic_updater": "python3-diagnostic-updater",
     "dynamic_reconfigure": "python3-dynamic-reconfigure",
     "robot_state_publisher": "ros-robot-state-publisher", "rosbag": "python3-rosbag", "rostest": "python3-rostest",
-    "sensor_msgs": "python3-sensor-msgs", "tf": "python3-tf", "tf2_msgs": "python3-tf2-msgs",
+    "sensor_msgs": "python3-sensor-msgs", "tf": "python3-tf",
+    "tf2_msgs": "python3-tf2-msgs", "tf2_ros": "python3-tf2-ros",
 }
 # Needed by the build itself, by those above for their package.xml,
 # or by mypy (Debian has its stubs for libraries in a package of their own).
 BUILD_TOOLS = {"cmake", "make", "g++", "python3-typeshed", "rosbash", "librostest-dev", "libtf-dev", "libtf2-msgs-dev",
-               "libsensor-msgs-dev", "libactionlib-msgs-dev", "libmove-base-msgs-dev",
+               "libtf2-ros-dev", "libsensor-msgs-dev", "libactionlib-msgs-dev", "libmove-base-msgs-dev",
                "libdynamic-reconfigure-config-init-mutex-dev", "libdiagnostic-updater-dev",
                "libdiagnostic-aggregator-dev"}
 
