@@ -343,14 +343,16 @@ class Navigator:
 
     def _plan_anew(self, task: _Task, pose: Pose, now: float) -> None:
         """Plan. Keep the plan that there is while its way is not much worse, so that the robot does not turn to and fro
-        between two ways past an obstacle.
+        between two ways past an obstacle. The first plan is of the map alone, and the next packet's has the obstacles:
+        two plans of a large map take too long for one packet.
         """
         numbers = self._numbers.navigator
+        if task.by_map is None:
+            task.plan = task.by_map = self._floor.to(task.goal[:2])
+            return
         unmapped = self._unmapped(pose)
         plan = self._floor.to(task.goal[:2], unmapped)
         task.planned = now
-        if task.by_map is None:
-            task.by_map = self._floor.to(task.goal[:2])
         task.round = self._stands_on(unmapped, task.by_map.points_from(pose[:2]))
         if task.plan is not None and now - task.adopted < numbers.plan_kept:
             kept = plan.cost_of_way(task.plan.points_from(pose[:2]))

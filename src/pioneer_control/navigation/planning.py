@@ -74,7 +74,9 @@ class DrivableFloor:
                                             (columns + 0.5) * self._pooled - 0.5))
         self._parts = connected_components(self._graph(np.ones(int(self._usable.sum()))))[1]
         _, (self._near_row, self._near_column) = ndimage.distance_transform_edt(
-            ~self._usable, return_indices=True) if self._usable.any() else (None, np.indices(self._usable.shape))
+            ~self._usable, return_indices=True) if self._usable.any() else (None, (rows, columns))
+        off = np.hypot(rows - self._near_row, columns - self._near_column) * self.side
+        self._off_the_floor = off * tuned.off_the_floor
 
     def refusal(self, start: Point, goal: Point) -> str:
         """Return why the robot cannot go from a place to a goal (m, map frame), for people. Empty when it can."""
@@ -115,10 +117,8 @@ class DrivableFloor:
         values = np.full(self._usable.shape, np.inf)
         values[self._usable] = to_go
         values = values[self._near_row, self._near_column]
-        rows, columns = np.indices(self._usable.shape)
-        off = np.hypot(rows - self._near_row, columns - self._near_column) * self.side
         most = float(values[np.isfinite(values)].max(initial=0.0))
-        values = np.where(np.isfinite(values), values, most + 10.0) + off * self._tuned.off_the_floor
+        values = np.where(np.isfinite(values), values, most + 10.0) + self._off_the_floor
         following = np.where(previous >= 0, previous, np.arange(len(previous)))
         aims = following
         for _ in range(_AIM_STEPS - 1):

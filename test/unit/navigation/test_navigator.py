@@ -10,6 +10,7 @@ from pioneer_control.floor_poses import Pose, wrapped
 from pioneer_control.maps.grid_map import OCCUPIED, GridMap
 from pioneer_control.navigation.driving import STOP
 from pioneer_control.navigation.navigator import NavigationNumbers, Navigator, Readiness, State, kind_of
+from pioneer_control.navigation.planning import DrivableFloor
 from pioneer_control.navigation.tuned import NavigatorNumbers
 from pioneer_control.navigation.values import Firing, Sensing
 
@@ -124,6 +125,21 @@ def test_after_cancel_it_stands():
     run = Run().driving()
     run.navigator.cancel()
     assert run.step() == (STOP, State.IDLE, "no goal") and run.navigator.plan == []
+
+
+def test_it_makes_one_plan_a_packet_at_most(monkeypatch):
+    """A plan of a large map takes tens of milliseconds."""
+    run, goals = Run(posts=[(2.75, 1.75)]), []
+    plan = DrivableFloor.to
+    monkeypatch.setattr(DrivableFloor, "to", lambda self, *about: goals.append(about) or plan(self, *about))
+    run.step()
+    run.navigator.go_to(4.5, 2.5, None, run.time)
+    counts = []
+    for _ in range(30):
+        goals.clear()
+        run.step()
+        counts.append(len(goals))
+    assert max(counts) == 1 and sum(counts) > 3
 
 
 def test_a_new_goal_takes_the_place_of_the_old_one():
