@@ -23,9 +23,15 @@ from .tuned import MapNumbers, MapperNumbers, MatchNumbers
 from .values import Sensing
 from .wheel_motion import WheelBias
 
+Array = Any     # of numpy
+
 _BIAS_STEP = 1e-4
 _MARGIN = 1.0
 """Unknown floor (m) round the map, so that a robot may be sent there."""
+_DREW = 0.05
+"""A stretch that has fewer votes for a wall did not draw it."""
+_FEWEST_HITS = 3
+"""Fewer readings do not tie a stretch to another."""
 
 
 class _Drawn:
@@ -98,7 +104,12 @@ class Mapper:
         return grid.grid_map(self.pose.x, self.pose.y, _MARGIN)
 
     def finish(self) -> None:
-        """Draw all stretches anew with all that is known now. This takes a second; the map gets better."""
+        """Look for all stretches again, and draw them, with all that is known now. This takes some seconds for a long
+        way; the map gets better.
+        """
+        for _ in range(self._numbers.polish):
+            for number in range(len(self._drawn) - 1):
+                self._look_again(number)
         for number in range(len(self._drawn)):
             self._redraw(number)
 
@@ -121,9 +132,8 @@ class Mapper:
         """Find the present stretch on the map, correct all, and begin the next one."""
         number = len(self._drawn) - 1
         present = self._drawn[number]
-        if self._corrects and present.stretch.heard_count:
-            self._erase(number)
-            self._find(number, 1.0)
+        self._erase(number)
+        self._find(number, 1.0)
         self._redraw(number)
         begin = self._graph.pose(number)
         stretch, bias = present.stretch, self._graph.bias
@@ -161,6 +171,8 @@ class Mapper:
             share: of the windows in which it is looked for.
         """
         numbers = self._numbers
+        if not self._corrects or not self._drawn[number].stretch.heard_count:
+            return
         pose = self._graph.pose(number)
         beams = self._readings(number)
         if len(beams.x) < numbers.least_count:
@@ -168,7 +180,7 @@ class Mapper:
         found = self._match(beams, pose, share * numbers.window, share * numbers.window_turn)
         if found:
             self._graph.untie(number)
-            self._tie(number, found, [other for other in range(len(self._drawn)) if other != number])
+            self._tie(number, found)
             self._graph.solve()
 
     def _readings(self, number: int) -> SonarBeams:
@@ -191,23 +203,32 @@ class Mapper:
             return None
         return found
 
-    def _tie(self, number: int, found: Match, others: Sequence[int]) -> None:
-        """Tell the graph where a stretch was found relative to those that drew the walls that it heard."""
+    def _tie(self, number: int, found: Match) -> None:
+        """Tell the graph where a stretch was found relative to those that drew the walls that it heard.
+
+        Each wall belongs to the stretch that drew most of it. So each reading counts once, and tells only about the
+        stretch whose wall it heard.
+        """
+        votes = np.array([_support(each.votes, found.hits, self._grid.numbers.resolution) for each in self._drawn])
+        owner = np.where(votes.max(axis=0) > _DREW, votes.argmax(axis=0), number)
+        counts = np.bincount(owner, minlength=len(self._drawn))
+        counts[number] = 0
+        for other in np.argsort(-counts, kind="stable")[:int(self._numbers.contributors)]:
+            if counts[other] >= _FEWEST_HITS:
+                self._graph.add(self._tied(int(other), number, found, owner == other))
+
+    def _tied(self, other: int, number: int, found: Match, which: Array) -> Between:
+        """Return where some readings of a stretch have it, relative to the other one whose walls they heard."""
         numbers = self._numbers
-        shares = np.array([_support(self._drawn[other].votes, found.hits, self._grid.numbers.resolution)
-                           for other in others])
-        best = np.argsort(-shares, kind="stable")[:int(numbers.contributors)]
-        total = shares[best].sum()
+        pose, information = found.alone(which)
         slack = np.diag((numbers.slack ** 2, numbers.slack ** 2, numbers.slack_turn ** 2))
-        for other in best:
-            if shares[other] > 0.1 * total:
-                begin = self._graph.pose(int(other))
-                turned = np.eye(3)
-                turned[:2, :2] = ((math.cos(begin.heading), math.sin(begin.heading)),
-                                  (-math.sin(begin.heading), math.cos(begin.heading)))
-                information = np.linalg.inv(turned @ (found.covariance + slack) @ turned.T) * shares[other] / total
-                self._graph.add(Between(int(other), number, relative(begin, found.pose),
-                                        np.linalg.cholesky(information).T, np.zeros((3, 3)), True))
+        information = np.linalg.solve(np.eye(3) + information @ slack, information)
+        begin = self._graph.pose(other)
+        cosine, sine = math.cos(begin.heading), math.sin(begin.heading)
+        turned = np.array(((cosine, sine, 0.0), (-sine, cosine, 0.0), (0.0, 0.0, 1.0)))
+        values, vectors = np.linalg.eigh(turned @ information @ turned.T)
+        root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
+        return Between(other, number, relative(begin, pose), root, np.zeros((3, 3)), True)
 
     def _erase(self, number: int) -> None:
         """Take a stretch off the map."""
@@ -239,19 +260,22 @@ class Mapper:
             self._redraw(worst)
         elif self._packets % self._numbers.every == 0 and len(self._drawn) > 1:
             self._next = (self._next + 1) % (len(self._drawn) - 1)
-            if self._corrects and self._drawn[self._next].stretch.heard_count:
-                self._erase(self._next)
-                self._find(self._next, self._numbers.again)
-            self._redraw(self._next)
+            self._look_again(self._next)
+
+    def _look_again(self, number: int) -> None:
+        """Find a stretch again on what the others drew, and draw it there."""
+        self._erase(number)
+        self._find(number, self._numbers.again)
+        self._redraw(number)
 
 
-def _support(votes: Sequence[Votes], points: Any, resolution: float) -> float:
+def _support(votes: Sequence[Votes], points: Array, resolution: float) -> Array:
     """Return how much votes have for walls at some points (m)."""
-    total = 0.0
+    total = np.zeros(len(points))
     for each in votes:
         column = np.floor(points[:, 0] / resolution).astype(int) - each.column
         row = np.floor(points[:, 1] / resolution).astype(int) - each.row
         rows, columns = each.occupied.shape
         inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-        total += float(each.occupied[row[inside], column[inside]].sum())
+        total[inside] += each.occupied[row[inside], column[inside]]
     return total
