@@ -10,6 +10,7 @@ import sys
 import unittest
 
 import numpy
+import rosnode
 import rospy
 import rostest
 from geometry_msgs.msg import PoseArray, Twist
@@ -21,7 +22,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from pioneer_control.msg import MotorState
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.world import load_world
-from witness import PATIENCE, Witness, heading_of
+from witness import PATIENCE, Witness, heading_of, wait_until
 
 TRUTH, CANS, COMMANDS, MOTORS = "pioneer/ground_truth", "pioneer/cans", "pioneer/cmd_vel", "pioneer/motor_state"
 TOPICS = {TRUTH: Odometry, CANS: PoseArray, COMMANDS: Twist, MOTORS: MotorState}
@@ -65,6 +66,12 @@ class TutorialNodes(unittest.TestCase):
         self.addCleanup(program.wait)
         self.addCleanup(program.kill)
         self.first_command = len(self.witness.seen[COMMANDS])
+        return program
+
+    def start_node(self, command, node):
+        """Start a program and wait until it is a node. On a busy machine that takes longer than what it does then."""
+        program = self.start(command)
+        wait_until("the node %s" % node, lambda: node in rosnode.get_node_names())
         return program
 
     def end_of(self, program, patience=PATIENCE):
@@ -184,10 +191,11 @@ class TutorialNodes(unittest.TestCase):
         self.stop_button.publish(Bool(True))
         self.witness.wait("the motors are off", lambda: self.witness.seen[MOTORS][-1].state == 0)
         first_command = len(self.witness.seen[COMMANDS])
-        told = [(self.start(command), texts) for command, texts in (
-            (SIMPLE, ["STOP button"]), (ADVANCED, ["STOP button"]),
-            (SIMPLE + ["nobody"], ["nothing comes on /nobody/motor_state"]),
-            (ADVANCED + ["nobody"], ["Does the driver run", "/nobody/cmd_vel"]))]
+        told = [(self.start_node(command, node), texts) for command, node, texts in (
+            (SIMPLE, "/rosPioneer1", ["STOP button"]),
+            (ADVANCED, "/rosPioneer2", ["STOP button"]),
+            (SIMPLE + ["nobody"], "/rosPioneer1_nobody", ["nothing comes on /nobody/motor_state"]),
+            (ADVANCED + ["nobody"], "/rosPioneer2_nobody", ["Does the driver run", "/nobody/cmd_vel"]))]
         for program, texts in told:
             output, status = self.end_of(program)
             self.assertEqual(status, 1, output)
