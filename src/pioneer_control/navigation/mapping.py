@@ -12,7 +12,7 @@ from typing import Any, List, Optional, Sequence
 
 import numpy as np
 
-from ..floor_poses import Pose, compose, relative
+from ..floor_poses import Pose, compose, relative, wrapped
 from ..maps import GridMap
 from ..robots import Transducer
 from .pose_graph import Between, PoseGraph
@@ -30,6 +30,8 @@ _MARGIN = 1.0
 """Unknown floor (m) round the map, so that a robot may be sent there."""
 _DREW = 0.05
 """A stretch that has fewer votes for a wall did not draw it."""
+_EDGE = 0.8
+"""From this share of the window on, a stretch was found at its edge."""
 _FEWEST_HITS = 3
 """Fewer readings do not tie a stretch to another."""
 
@@ -168,7 +170,7 @@ class Mapper:
 
         Args:
             number: of the stretch.
-            share: of the windows in which it is looked for.
+            share: of the windows in which it is looked for first. When it is at the edge, one twice as wide follows.
         """
         numbers = self._numbers
         if not self._corrects or not self._drawn[number].stretch.heard_count:
@@ -177,7 +179,10 @@ class Mapper:
         beams = self._readings(number)
         if len(beams.x) < numbers.least_count:
             return
-        found = self._match(beams, pose, share * numbers.window, share * numbers.window_turn)
+        reach, turn = share * numbers.window, share * numbers.window_turn
+        found = self._match(beams, pose, reach, turn)
+        if found and _at_edge(pose, found.pose, reach, turn):
+            found = self._match(beams, pose, 2.0 * reach, 2.0 * turn) or found
         if found:
             self._graph.untie(number)
             self._tie(number, found)
@@ -267,6 +272,12 @@ class Mapper:
         self._erase(number)
         self._find(number, self._numbers.again)
         self._redraw(number)
+
+
+def _at_edge(guess: Pose, pose: Pose, reach: float, turn: float) -> bool:
+    """Return whether a pose lies at the edge of the window round the guess: then it may be beyond."""
+    off_x, off_y, off_heading = np.abs((pose.x - guess.x, pose.y - guess.y, wrapped(pose.heading - guess.heading)))
+    return bool(max(off_x, off_y) > _EDGE * reach or off_heading > _EDGE * turn)
 
 
 def _support(votes: Sequence[Votes], points: Array, resolution: float) -> Array:
