@@ -1,5 +1,6 @@
 """Simulated time that a test tells."""
 
+import contextlib
 import math
 import threading
 import time
@@ -22,10 +23,11 @@ class Time:
         threading.Thread(target=self._run, daemon=True).start()
 
     def _run(self):
-        while True:
+        while not rospy.is_shutdown():
             time.sleep(PERIOD)
             if self.rate is not None:
                 step = max(0.0, min(PERIOD * self.rate, self.end - self.passed))
                 self.passed += step
                 self.now += step
-                self._publisher.publish(Clock(rospy.Time.from_sec(self.now)))
+                with contextlib.suppress(rospy.ROSException):   # ROS shuts down just now
+                    self._publisher.publish(Clock(rospy.Time.from_sec(self.now)))

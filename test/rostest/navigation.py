@@ -6,7 +6,9 @@ import os
 import signal
 import subprocess
 import sys
+import time
 import unittest
+import unittest.mock
 import xmlrpc.client
 
 import actionlib
@@ -194,6 +196,26 @@ class NavigationTest(unittest.TestCase):
             self.witness.next("pioneer/navigation", 3)
             told = [each.msg for each in self.witness.seen["/rosout"][since:] if each.name == "/pioneer/navigation"]
             self.assertEqual(len(told), 1, told)
+        self.assertEqual(self.truth(), before)
+
+    def test_05b_a_client_that_still_sends_hears_of_the_refusal(self):
+        """actionlib's client drops what it hears before its own call returns: the server must not be too quick."""
+        client = actionlib.SimpleActionClient("pioneer/move_base", MoveBaseAction)
+        client.wait_for_server(rospy.Duration(PATIENCE))
+        send = client.action_client.send_goal
+
+        def send_slowly(*arguments):
+            handle = send(*arguments)
+            time.sleep(0.1)     # as a program does that the computer gives no time
+            return handle
+
+        with unittest.mock.patch.object(client.action_client, "send_goal", send_slowly):
+            client.send_goal(goal_at(1e6, 0.0))
+        self.assertTrue(client.wait_for_result(rospy.Duration(PATIENCE)))
+        self.assertEqual(client.get_state(), GoalStatus.REJECTED)
+
+    def test_05c_a_place_that_nobody_knows_is_refused_with_those_alike(self):
+        before = self.truth()
         answer = self.services["go_to"]("kitchn")
         self.assertFalse(answer.success)
         self.assertIn("'kitchen'", answer.message)

@@ -3,7 +3,7 @@
 There is one goal at a time. A new one takes the place of the one before, which ends as preempted.
 """
 
-from typing import Any, Callable, Optional
+from typing import Any, Callable, List, Optional, Tuple
 
 import actionlib
 import rospy
@@ -30,6 +30,12 @@ class _Server(actionlib.ActionServer):
     def __init__(self, refuses: Callable[[Any], str], cancel_all: Callable[[], None], *arguments: Any) -> None:
         self._refuses, self._cancel_all = refuses, cancel_all
         super().__init__(NAME, MoveBaseAction, *arguments, auto_start=False)
+
+    def initialize(self) -> None:
+        """Begin, without a timer of rospy's for the status: it ends for good when time jumps back."""
+        super().initialize()
+        if self.status_frequency > 0.0:
+            self.status_timer.shutdown()
 
     def internal_goal_callback(self, goal: MoveBaseActionGoal) -> None:
         """Take a goal that comes, unless it comes from a bag."""
@@ -64,6 +70,8 @@ class GoalServer:
                  refuses: Callable[[Any], str]) -> None:
         self._accept, self._cancel = accept, cancel
         self._handle: Optional[Any] = None
+        self._refused: List[Tuple[Any, str]] = []       # goals, and why; nobody has been told yet
+        self._told_next: List[Tuple[Any, str]] = []
         self._server = _Server(refuses, cancel, self._goal, self._cancelled)
         self.lock = self._server.lock
         self._own_goals = rospy.Publisher(NAME + "/goal", MoveBaseActionGoal, queue_size=1)
@@ -72,6 +80,17 @@ class GoalServer:
     def start(self) -> None:
         """Begin to take goals."""
         self._server.start()
+
+    def look(self) -> None:
+        """Tell the status of all goals, and refuse those for which it is time. Call this a few times a second.
+
+        A goal is refused at the second look after it came. A client of actionlib that hears of the refusal while it
+        still sends the goal takes it for that of another goal, and waits for ever (seen with Python's).
+        """
+        told, self._told_next, self._refused = self._told_next, self._refused, []
+        for handle, why_not in told:
+            handle.set_rejected(MoveBaseResult(), why_not)
+        self._server.publish_status()
 
     def feedback(self, here: PoseStamped) -> None:
         """Tell who sent the goal where the robot is."""
@@ -101,7 +120,7 @@ class GoalServer:
             self._accept(goal.target_pose)
         except PioneerError as error:
             rospy.logwarn("a goal is refused: %s", error)
-            handle.set_rejected(MoveBaseResult(), str(error))
+            self._refused.append((handle, str(error)))
             return
         self.dropped("another goal has taken its place")
         self._handle = handle

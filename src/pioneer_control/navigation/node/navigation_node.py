@@ -116,6 +116,7 @@ class NavigationNode:
         while not ended.wait(SILENCE / 2.0):
             self._look_at_tf()
             with self._lock:
+                self._goals.look()
                 silence = monotonic() - self._hearing.heard_at
                 if silence > SILENCE and self._pilot.step.where is not None:
                     self._follow(self._without_news(silence))
