@@ -1,6 +1,4 @@
-"""Drives to goals: how often a robot gets there, what it touches, how long it takes, and what deciding costs.
-
-    python3 bench/navigation_drive.py --seeds 1000-1041 --goals 5 --walkers 1 --picture /tmp/pioneer
+"""The part "drive" of bench/navigation.py: how often a robot reaches goals, what it touches, and how long it takes.
 
 Each seed is a world, a robot with wheels and sonar that err, up to three obstacles that are on no map, and goals one
 after the other. People walk to and fro, and wait where the robot stands in the way; a touch of a robot that stands is
@@ -8,6 +6,7 @@ counted apart. Ideal is the shortest way of the map at full speed.
 """
 
 import argparse
+import functools
 import math
 import os
 import random
@@ -156,8 +155,7 @@ def run(seed: int, options) -> List[Leg]:
             robot.firmware.contacts - before[0], robot.firmware.touched_by_people - before[1],
             sensing.time - begin, way, shortest, math.hypot(here[0] - goal.x, here[1] - goal.y),
             abs(wrapped(here[2] - goal.heading)), tuple(costs), unsure, contact))
-    bad = any(leg.state != "reached" or leg.contacts for leg in legs)
-    if options.picture and (bad or options.all_pictures):
+    if options.picture and (options.all_pictures or any(map(failed, legs))):
         draw(options.picture, seed, world, grid_map, trail, goals, navigator, chassis, legs)
     return legs
 
@@ -236,19 +234,22 @@ def report(legs: List[Leg]) -> str:
     return "\n".join("%-38s %s" % row for row in rows)
 
 
-def main() -> int:
-    """Run what the command line says."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", default="1000-1041", help="first-last, or several by ','")
-    parser.add_argument("--goals", type=int, default=5)
-    parser.add_argument("--walkers", type=int, default=0, help="people who walk in each world")
-    parser.add_argument("--localised", type=int, choices=[0, 1], default=0, help="0: the robot is told its true pose")
-    parser.add_argument("--specular", type=int, default=40, help="degrees beyond which a wall gives no echo")
-    parser.add_argument("--processes", type=int, default=1)
-    parser.add_argument("--picture", help="folder for pictures of what failed")
-    parser.add_argument("--all-pictures", action="store_true")
-    parser.add_argument("--verbose", action="store_true")
-    options = parser.parse_args()
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of this part."""
+    parser.add_argument("--seeds", default="1000-1041", help="first-last, or several by ',' (default: %(default)s)")
+    parser.add_argument("--goals", type=int, default=3, help="in each world (default: %(default)s)")
+    parser.add_argument("--walkers", type=int, default=0, help="people who walk in each world (default: %(default)s)")
+    parser.add_argument("--localised", type=int, choices=[0, 1], default=1, help="0: the robot is told its true pose")
+    parser.add_argument("--specular", type=float, default=40.0,
+                        help="degrees beyond which a wall returns no echo (default: %(default)s)")
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--picture", metavar="DIR", help="draw what failed into this folder")
+    parser.add_argument("--all-pictures", action="store_true", help="draw all")
+    parser.add_argument("--verbose", action="store_true", help="print each step")
+
+
+def main(options: argparse.Namespace) -> int:
+    """Run what the command line says. Return 0 if all goals were reached without a contact, 1 if not."""
     seeds: List[int] = []
     for part in options.seeds.split(","):
         first, _, last = part.partition("-")
@@ -256,23 +257,19 @@ def main() -> int:
     legs: List[Leg] = []
     began = time.perf_counter()
     with Pool(options.processes) as pool:
-        for some in pool.imap_unordered(_run, [(seed, options) for seed in seeds]):
+        for some in pool.imap(functools.partial(run, options=options), seeds):
             legs += some
-            for leg in some:
-                if leg.state != "reached" or leg.contacts:
-                    print("seed %d (%s, %s) goal %d: %s after %.0f s: %s; %d contacts %s" % (
-                        leg.seed, leg.world, leg.model, leg.number, leg.state, leg.time, leg.reason, leg.contacts,
-                        leg.contact), flush=True)
-    print("seeds %s, %d goals, %d walkers, %s, s%d: %.0f s" % (
+            for leg in filter(failed, some):
+                print("seed %d (%s, %s) goal %d: %s after %.0f s: %s; %d contacts %s" % (
+                    leg.seed, leg.world, leg.model, leg.number, leg.state, leg.time, leg.reason, leg.contacts,
+                    leg.contact), flush=True)
+    print("seeds %s, %d goals, %d walkers, %s, s%g: %.0f s" % (
         options.seeds, options.goals, options.walkers, "localised" if options.localised else "true pose",
         options.specular, time.perf_counter() - began))
     print(report(legs))
-    return 0
+    return int(any(map(failed, legs)))
 
 
-def _run(job) -> List[Leg]:
-    return run(*job)
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+def failed(leg: Leg) -> bool:
+    """Return whether a goal was not reached, or something was touched on the way."""
+    return leg.state != "reached" or leg.contacts > 0

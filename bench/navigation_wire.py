@@ -2,9 +2,9 @@
 
     ./pioneer shell python3 bench/navigation_wire.py --seeds 1000-1004 --goals 5 --walkers 1
 
-Each seed is the world, the robot and the goals of bench/navigation_drive.py; its simulator is started from the command
-line, and ``navigate.launch port:=...`` joins it over TCP. Goals go to move_base's action. What is true comes from the
-simulator's own socket, which ROS does not see.
+Each seed is the world, the robot and the goals of the part "drive" of bench/navigation.py; its simulator is started
+from the command line, and ``navigate.launch port:=...`` joins it over TCP. Goals go to move_base's action. What is true
+comes from the simulator's own socket, which ROS does not see.
 
 With ``--faults`` the robot drives between two places of the office, and each kind of fault hits it on the way.
 """
