@@ -65,9 +65,14 @@ class Pioneer:
                 both, each wander decides on the same sensor messages as in the recorded run.
 
         Raises:
-            UsageError: the speed is not greater than 0, or the seed is not a whole number of 64 bits.
+            UsageError: the program is no node yet, the speed is not greater than 0, or the seed is not a whole number
+                of 64 bits.
             UnknownModelError: the table of models has no such model.
         """
+        if not rospy.rostime.is_rostime_initialized():
+            raise UsageError(
+                'this program is no ROS node yet: before Pioneer("%s"), call init_node("my_robot"), '
+                "from pioneer_control.ros_node" % namespace)
         self._prefix = namespace.rstrip("/") + "/" if namespace else ""
         self._speed = _number("speed", speed, "m/s", above=0)
         self._seed = int(time.time()) if seed is None else _whole("seed", seed)

@@ -180,6 +180,15 @@ def run_beside(graph, robot, feed):
     return ends[0], graph.log()
 
 
+def test_a_program_that_is_no_node_is_told_how_to_become_one(ros):
+    rospy.rostime.set_rostime_initialized(False)
+    try:
+        with pytest.raises(UsageError, match=r'call init_node\("my_robot"\), from pioneer_control.ros_node'):
+            Pioneer("r")
+    finally:
+        rospy.rostime.set_rostime_initialized(True)
+
+
 def test_one_decision_for_each_sonar_message_by_queues_that_lose_none(started, packets, wanted):
     graph, _ = started()
     unbounded = {name: size for name, size in graph.queues.items() if not size}
