@@ -4,6 +4,7 @@
     python3 bench/navigation.py localise                            # known start, unknown start, carried away
     python3 bench/navigation.py localise --seeds 1000-1011 --start unknown --specular 20 --picture /tmp/lost
     python3 bench/navigation.py map --minutes 6                     # by true poses, by odometry, by its own
+    python3 bench/navigation.py begin                               # time and memory to begin on a large map
     python3 bench/navigation.py drive --walkers 1                   # to goals, past people and what is on no map
     python3 bench/navigation.py explore --picture /tmp/explored     # where its map ends, then home
 
@@ -14,13 +15,14 @@ Each part has options of its own: `python3 bench/navigation.py PART --help`. The
 import argparse
 import sys
 
+import navigation_begin
 import navigation_drive
 import navigation_explore
 import navigation_localise
 import navigation_map
 
-PARTS = {"drive": navigation_drive, "explore": navigation_explore, "localise": navigation_localise,
-         "map": navigation_map}
+PARTS = {"begin": navigation_begin, "drive": navigation_drive, "explore": navigation_explore,
+         "localise": navigation_localise, "map": navigation_map}
 """Each part has `add_arguments(parser)` and `main(options)`, which returns the exit status."""
 
 
