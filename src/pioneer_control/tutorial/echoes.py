@@ -14,6 +14,7 @@ from .snapshot import Snapshot
 
 NEAREST = 0.10  #: m, the shortest range of a sonar; if a sonar gives no reading, we assume an obstacle at this range
 NEAR = 1.0  #: m, only echoes with a shorter range are remembered
+SILENT = 4.9  #: m, a longer range says that no echo came back: a slanting wall may have lost it, so it refutes nothing
 REMEMBERED = 12.0  #: s, the time after which an echo is forgotten
 FORGOTTEN_BEYOND = 1.2  #: m, an echo that is farther from the robot is forgotten
 CELL = 0.08  #: m, the side of a grid cell; of all echoes in one cell only the newest is kept
@@ -65,7 +66,7 @@ def remember(echoes: Tuple[Echo, ...], snapshot: Snapshot, turning: bool) -> Tup
     beams = [
         (each.x, each.y, *axis, snapshot.ranges[each.number])
         for each, axis in zip(snapshot.robot.transducers, snapshot.robot.axes)]
-    far = [beam for beam in beams if beam[4] > 0.3]
+    far = [beam for beam in beams if 0.3 < beam[4] < SILENT]
     for echo in echoes:
         dx, dy = echo.x - pose.x, echo.y - pose.y
         x, y = cosine * dx + sine * dy, cosine * dy - sine * dx

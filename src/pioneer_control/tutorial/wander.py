@@ -48,8 +48,8 @@ SLOWEST = 0.3  #: the lowest speed, as a fraction of the speed
 
 ELBOW_ROOM = 0.12  #: m; the robot steers away from echoes that are nearer to its turning circle than this
 STEER_AHEAD = 0.35  #: m; it looks for these echoes this far ahead of the turning circle
-STEER_GAIN = 0.6  #: rad/s per metre of difference between the sides
-STEER_LIMIT = 0.12  #: rad/s, the greatest turn rate of this steering
+STEER_GAIN = 6.0  #: rad per metre of way, per metre of difference between the sides
+STEER_LIMIT = 1.2  #: rad per metre of way, the sharpest curve of this steering
 WEAVE_RATE = 0.2  #: rad/s; a robot with a gap between its cones straight ahead weaves, so that the cones sweep the gap
 WEAVE_PERIOD = 4.0  #: s
 
@@ -257,10 +257,10 @@ def _drive(view: View, memory: Memory) -> Tuple[Move, Memory]:
     memory = replace(
         memory, going=Going.DRIVING, best=None, goal=None, backed=False, avoided=None,
         room=Room.TO_TURN_ROUND if view.circle > _braking(memory.speed) else memory.room)
-    return Move(linear, _steer(view), "driving: %.1f m clear ahead" % min(view.ahead, view.middle)), memory
+    return Move(linear, _steer(view, memory.speed), "driving: %.1f m clear ahead" % min(view.ahead, view.middle)), memory
 
 
-def _steer(view: View) -> float:
+def _steer(view: View, speed: float) -> float:
     """Return the turn rate while driving [rad/s, left positive], towards the side with more room.
 
     The turn rate is 0 when there is no room to turn. A robot whose sonars leave a gap straight ahead also weaves.
@@ -269,7 +269,7 @@ def _steer(view: View) -> float:
     beside = [y for x, y in view.points if -0.1 < x < reach + STEER_AHEAD]
     left = min([reach + ELBOW_ROOM, *(y for y in beside if y > 0)])
     right = min([reach + ELBOW_ROOM, *(-y for y in beside if y <= 0)])
-    angular = max(-STEER_LIMIT, min(STEER_LIMIT, STEER_GAIN * (left - right)))
+    angular = speed * max(-STEER_LIMIT, min(STEER_LIMIT, STEER_GAIN * (left - right)))
     if not view.snapshot.robot.sees_ahead:
         angular += WEAVE_RATE * math.cos(2 * math.pi * view.snapshot.time / WEAVE_PERIOD)
     return angular if _can_turn(view, WIDE, 1 if angular > 0 else -1) else 0.0
