@@ -68,24 +68,36 @@ class ExpectedRanges:
         table = _least_in_cones(_all_rays(occupied, beam, bias, self.none), beam)
         _, self._rows, self._columns = table.shape
         self._table = table.ravel()
-        angles = np.arange(beam.directions) * (2.0 * math.pi / beam.directions)
-        self._cosines, self._sines = (each(angles) * (CELL * CELLS_PER_NODE / beam.unit) for each in (np.cos, np.sin))
+        angles = np.arange(beam.directions + 1) * (2.0 * math.pi / beam.directions)     # the last one is the first
+        to_unit = CELL * CELLS_PER_NODE / beam.unit
+        self._cosines, self._sines = ((each(angles) * to_unit).astype(np.float32) for each in (np.cos, np.sin))
+        self._first = np.arange(beam.directions + 1) % beam.directions * self._rows * self._columns
 
-    def numbers(self, x: Array, y: Array, heading: Array) -> Array:
-        """Return the range numbers at some sensor poses (m, rad; map frame): int32 array of the common shape.
+    def numbers(self, x: Array, y: Array, heading: Array, coarse: bool = False) -> Array:
+        """Return the range numbers at some sensor poses (m, rad; map frame): integers, an array of the common shape.
 
-        A number is the range in steps of `Beam.unit`, or `none`. Outside the map, the nearest node counts.
+        A number is the range in steps of `Beam.unit`, or `none`. Outside the map, the nearest node counts. If `coarse`,
+        that of the nearest node counts everywhere, in half the time.
         """
         side, directions = CELL * CELLS_PER_NODE, self.beam.directions
-        column_x, row_y = (x - self._origin[0]) / side, (y - self._origin[1]) / side
         # adding a half and cutting off rounds, and is faster than rint; what is outside is cut to the border
-        column = np.minimum(np.maximum(column_x + 0.5, 0.0), self._columns - 1).astype(np.int32)
-        row = np.minimum(np.maximum(row_y + 0.5, 0.0), self._rows - 1).astype(np.int32)
-        direction = np.rint(heading * (directions / (2.0 * math.pi))).astype(np.int32) % directions
-        at_node = self._table.take((direction * self._rows + row) * self._columns + column)
+        x, column = _nearest((x - (self._origin[0] - side / 2.0)) / side, self._columns)
+        y, row = _nearest((y - (self._origin[1] - side / 2.0)) / side, self._rows)
+        turn = heading * np.float32(1.0 / (2.0 * math.pi))
+        turn -= np.floor(turn)      # faster than a remainder
+        direction = (turn * np.float32(directions) + np.float32(0.5)).astype(np.intp)
+        index = row * self._columns
+        index += column
+        index += self._first.take(direction)
+        at_node = self._table.take(index)
+        if coarse:
+            return at_node
         # the sensor is nearer to what it sees than its node, or farther from it
-        ahead = (column_x - column) * self._cosines.take(direction) + (row_y - row) * self._sines.take(direction)
-        moved = np.minimum(np.maximum(at_node - ahead + 0.5, 0.0), self.none - 1).astype(np.int32)
+        ahead = (x - column - np.float32(0.5)) * self._cosines.take(direction)
+        ahead += (y - row - np.float32(0.5)) * self._sines.take(direction)
+        np.subtract(at_node + np.float32(0.5), ahead, out=ahead)
+        np.minimum(np.maximum(ahead, 0.0, out=ahead), self.none - 1, out=ahead)
+        moved = ahead.astype(np.intp)
         moved[at_node == self.none] = self.none
         return moved
 
@@ -93,6 +105,13 @@ class ExpectedRanges:
         """Return measured ranges (m) as numbers like those of the table; longer ones than the longest as `none`."""
         steps = np.minimum(np.asarray(measured, dtype=float) / self.beam.unit, self.none)
         return np.where(steps > self.none - 1, self.none, np.rint(np.maximum(steps, 0.0))).astype(np.int32)
+
+
+def _nearest(places: Array, count: int) -> Tuple[Array, Array]:
+    """Return places (in nodes, from half a node before the first one), cut to `count` nodes, and their nodes."""
+    places = places.astype(np.float32, copy=False)
+    np.minimum(np.maximum(places, 0.0, out=places), count - 0.5, out=places)
+    return places, places.astype(np.intp)
 
 
 def standing_room(grid_map: GridMap, clearance: float) -> Array:

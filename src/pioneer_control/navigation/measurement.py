@@ -75,30 +75,37 @@ class RangeModel:
             coarse: the poses are only roughly right, so readings may differ more.
         """
         logs = self._coarse_logs if coarse else self._fine_logs
-        return logs[self._expected(poses, beams) * self._count + beams.measured]
+        return logs.take(self._expected(poses, beams, coarse) * self._count + beams.measured[:, None]).T
 
     def explained(self, pose: Array, beams: Beams) -> Array:
         """Return for each reading 1 if a pose (x, y, heading) explains it, 0 if not, and NaN if it says nothing.
 
         A reading without an echo says nothing: a wall may have bounced the sound away.
         """
-        return self._judged(self._expected(np.reshape(pose, (1, 3)), beams)[0], beams)
+        return self._judged(self._expected(np.reshape(pose, (1, 3)), beams)[:, 0], beams)
 
     def both(self, poses: Array, pose: Array, beams: Beams) -> Tuple[Array, Array]:
         """Return the sum of `log_likelihoods` for each of some poses, and `explained` for one, in half the time."""
         expected = self._expected(np.vstack((poses, pose)), beams)
-        logs = self._fine_logs.take(expected[:-1] * self._count + beams.measured).sum(axis=1)
-        return logs, self._judged(expected[-1], beams)
+        logs = self._fine_logs.take(expected[:, :-1] * self._count + beams.measured[:, None]).sum(axis=0)
+        return logs, self._judged(expected[:, -1], beams)
 
     def _judged(self, expected: Array, beams: Beams) -> Array:
         near = np.abs(expected - beams.measured) <= self._near[expected]
         return np.where(beams.measured == self.expected.none, np.nan, near.astype(float))
 
-    def _expected(self, poses: Array, beams: Beams) -> Array:
-        x, y, heading = poses[:, 0, None], poses[:, 1, None], poses[:, 2, None]
-        cosine, sine = np.cos(heading), np.sin(heading)
-        return self.expected.numbers(x + cosine * beams.x - sine * beams.y, y + sine * beams.x + cosine * beams.y,
-                                     heading + beams.heading)
+    def _expected(self, poses: Array, beams: Beams, coarse: bool = False) -> Array:
+        """Return the expected numbers: array (readings, poses), since numpy is faster along the longer axis."""
+        heading = poses[:, 2]
+        pose_x, pose_y, cosine, sine, heading = (
+            each.astype(np.float32) for each in (poses[:, 0], poses[:, 1], np.cos(heading), np.sin(heading), heading))
+        beam_x, beam_y, beam_heading = (each.astype(np.float32)[:, None] for each in beams[:3])
+        x, y = cosine * beam_x, sine * beam_x
+        x -= sine * beam_y
+        y += cosine * beam_y
+        x += pose_x
+        y += pose_y
+        return self.expected.numbers(x, y, heading + beam_heading, coarse).astype(np.intp, copy=False)
 
 
 def likelihoods(ranges: Array, beam: Beam, numbers: SensorNumbers) -> Array:

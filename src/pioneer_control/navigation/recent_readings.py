@@ -84,8 +84,8 @@ class FiringPoses:
         """
         self._past = self._past[-3:] + [(sensing.time, sensing.odometry)]
         firings = [each for each in sensing.firings if each.number in self._mounts]
-        placed = [compose(relative(sensing.odometry, self._at(each.time)), self._mounts[each.number])
-                  for each in firings]
+        robot = {time: relative(sensing.odometry, self._at(time)) for time in {each.time for each in firings}}
+        placed = [compose(robot[each.time], self._mounts[each.number]) for each in firings]
         x, y, heading = np.array(placed, dtype=float).reshape(-1, 3).T
         return Beams(x, y, heading, number_of([each.range for each in firings]),
                      np.array([each.number for each in firings], dtype=int))
