@@ -56,7 +56,14 @@ class Certainty:
     def doubts(self) -> bool:
         """Whether the readings contradict the pose."""
         return (self.explained < self._tuned.unsure_explained * self._usual
-                or self._low > self._tuned.explained_readings)
+                or self._low > self._tuned.low_readings)
+
+    @property
+    def margin(self) -> float:
+        """By how much another pose must explain each reading better (log-likelihood), to be believed instead."""
+        if self.proven:
+            return self._tuned.margin_proven
+        return self._tuned.margin if self.sure else self._tuned.margin_guessed
 
     def lose(self, why: str) -> None:
         """From now on no place is likely."""
@@ -74,9 +81,15 @@ class Certainty:
         self.reason = self.reason or UNKNOWN + "I have just found a place where I may be, and drive on to be sure"
 
     def accepts(self, explained: Array) -> bool:
-        """Return whether another place explains readings as well as a true place usually does."""
+        """Return whether another place explains readings as well as a true place usually does.
+
+        What is usual may not be learnt yet: instead of a guess, one that explains as much as the guess is enough.
+        """
         said = explained[~np.isnan(explained)]
-        return len(said) > 0 and bool(said.mean() >= self._tuned.place_explained * self._usual)
+        needed = self._tuned.place_explained * self._usual
+        if not self.sure and not self.proven:
+            needed = min(needed, self.explained)
+        return len(said) > 0 and bool(said.mean() >= needed)
 
     def compare(self, better: float) -> None:
         """Take how much better the pose explains each reading than all poses elsewhere (log-likelihood).
@@ -117,7 +130,9 @@ class Certainty:
                 self._usual += (said - self._usual) * share / 20.0
         self._usual = min(max(self._usual, LEAST_USUAL), 0.95)
         self._blind_way = 0.0 if (explained[says] > 0.0).any() else self._blind_way + way
-        self._trusted_way += way if self.explained >= self._tuned.sure_explained * self._usual else 0.0
+        if self.explained >= self._tuned.sure_explained * self._usual and (
+                self.sure or self._trusted_way < self._tuned.sure_way):     # what was never sure proves nothing more
+            self._trusted_way += way
 
     def judge(self, spread: Spread) -> None:
         """Decide whether the pose is sure."""

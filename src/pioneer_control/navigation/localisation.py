@@ -213,8 +213,7 @@ class Localisation:
                 better = min(better, self._search.scored(others.poses[elsewhere], newest).scores[0]
                              - self._search.improved(here.poses, newest).scores[0])
             self._certainty.compare(-better)
-            trusted = self._certainty.sure and self._certainty.proven
-            if better < (self._tuned.margin_proven if trusted else self._tuned.margin):
+            if better < self._certainty.margin:
                 return
             if not self._certainty.accepts(self._main.model.explained(others.poses[elsewhere][0], beams)):
                 return
@@ -224,3 +223,5 @@ class Localisation:
         logs = others.scores * others.readings * self._tuned.weight
         self._cloud.put(others.poses, logs, 0.06, 0.05, self._tuned.particles_searching)
         self._certainty.place(trusted=False)
+        rivals = [not same_place(pose, others.poses[0]) for pose in others.poses]
+        self._certainty.compare(others.scores[0] - others.scores[rivals].max(initial=-np.inf))

@@ -68,7 +68,9 @@ class LocalisationNumbers:
     margin: float = parameter(
         0.25, Number(0.0, 5.0), "a pose found by a search must explain each reading better than the cloud by this")
     margin_proven: float = parameter(
-        0.6, Number(0.0, 5.0), "the same while the pose is sure and a long way has proven it")
+        0.6, Number(0.0, 5.0), "the same when a long way has proven the pose, also in doubt: after a carry it is more")
+    margin_guessed: float = parameter(
+        0.08, Number(0.0, 5.0), "the same while the pose is not sure, and no long way has proven it")
     new_readings: int = parameter(
         15, Whole(0, 5000), "a search begins only after so many new readings: standing tells nothing new")
     place_explained: float = parameter(
@@ -80,7 +82,7 @@ class LocalisationNumbers:
     sure_position: float = parameter(0.25, Number(0.01, 5.0), "greatest spread of the cloud to be sure", "m")
     sure_heading: float = parameter(0.25, Number(0.01, 3.0), "greatest spread of the headings to be sure", "rad")
     sure_way: float = parameter(
-        1.0, Number(0.0, 100.0), "way in motion with readings that the place explains, before it is sure", "m")
+        0.5, Number(0.0, 100.0), "way in motion with readings that the place explains, before it is sure", "m")
     sure_searches: int = parameter(
         2, Whole(1, 100), "so many searches in a row must find no place that looks alike, before it is sure")
     upheld_searches: int = parameter(
@@ -88,16 +90,17 @@ class LocalisationNumbers:
     proven_way: float = parameter(
         6.0, Number(0.0, 100.0), "after such a way, places that look alike do not make it unsure any more", "m")
     unsure_explained: float = parameter(
-        0.6, Number(0.0, 1.0), "unsure when a smaller share of echoes is explained than this share of the usual one")
+        0.65, Number(0.0, 1.0), "unsure when a smaller share of echoes is explained than this share of the usual one")
     low_explained: float = parameter(
         0.75, Number(0.0, 1.0), "unsure, too, when less than this share of the usual one is explained for long")
+    low_readings: int = parameter(40, Whole(5, 1000), "so many echoes are long")
     sure_explained: float = parameter(
         0.8, Number(0.0, 1.0), "sure again when at least this share of the usual share is explained")
     usual_explained: float = parameter(
-        0.8, Number(0.0, 1.0), "the usual share of echoes that the true pose explains, before it is learnt")
+        0.7, Number(0.0, 1.0), "the usual share of echoes that the true pose explains, before it is learnt")
     blind_way: float = parameter(2.0, Number(0.1, 100.0), "unsure after such a way without an explained echo", "m")
     explained_readings: int = parameter(
-        60, Whole(5, 1000), "echoes over which the explained share is a mean; so many are long")
+        60, Whole(5, 1000), "echoes over which the explained share is a mean")
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from pioneer_control.navigation.measurement import Beams
 from pioneer_control.navigation.pose_cloud import Spread
 from pioneer_control.navigation.tuned import LocalisationNumbers
 
-TUNED = LocalisationNumbers()
+TUNED = LocalisationNumbers(usual_explained=0.8)
 
 
 def spread(position=0.05, heading=0.05):
@@ -104,6 +104,43 @@ def test_a_place_that_a_long_way_has_proven_stays_sure_where_others_look_alike()
     certainty.compare(0.0)
     certainty.judge(spread())
     assert certainty.sure
+
+
+def test_what_was_never_sure_is_not_proven_however_long_the_way():
+    certainty = Certainty(TUNED)
+    certainty.place(trusted=False)
+    for _ in range(30):         # other places look alike, so it is not sure
+        hear(certainty, 1.0, way=TUNED.sure_way)
+        certainty.judge(spread())
+    assert not certainty.sure and not certainty.proven
+    for _ in range(TUNED.sure_searches):
+        certainty.compare(TUNED.rival_margin + 0.1)
+    certainty.judge(spread())
+    hear(certainty, 1.0, way=TUNED.proven_way)
+    assert certainty.sure and certainty.proven
+
+
+def test_a_guess_gives_way_to_what_is_a_little_better_and_a_proven_place_does_not_even_in_doubt():
+    guess = Certainty(TUNED)
+    guess.place(trusted=False)
+    assert guess.margin == TUNED.margin_guessed < TUNED.margin < TUNED.margin_proven
+    assert sure().margin == doubting().margin == TUNED.margin_proven
+    for _ in range(TUNED.sure_searches):
+        guess.compare(TUNED.rival_margin + 0.1)
+    hear(guess, 1.0, way=TUNED.sure_way + 0.1)
+    guess.judge(spread())
+    assert guess.sure and guess.margin == TUNED.margin
+
+
+def test_instead_of_a_guess_a_place_is_accepted_that_explains_as_much_as_the_guess():
+    half = np.array([1.0, 0.0])
+    certainty = Certainty(TUNED)
+    certainty.place(trusted=False)
+    assert not certainty.accepts(half)
+    for _ in range(25):
+        hear(certainty, 0.0)
+    assert certainty.accepts(half)
+    assert not doubting().accepts(half)
 
 
 def mixed(certainty, share, packets):

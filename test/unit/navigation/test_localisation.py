@@ -49,6 +49,11 @@ def test_an_unknown_start_is_found():
     assert np.all(off(results[-1], robot) < np.array(SURE))
 
 
+def test_a_place_found_unlike_all_others_needs_only_one_more_search():
+    results = circle(SensingRobot(ROOM, START), Localisation(MAP, TRANSDUCERS), 4.0)
+    assert results[-1].sure
+
+
 def test_it_is_never_sure_while_it_is_wrong():
     robot, localisation = SensingRobot(ROOM, START), Localisation(MAP, TRANSDUCERS)
     for _ in range(150):
