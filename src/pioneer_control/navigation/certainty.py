@@ -65,6 +65,13 @@ class Certainty:
             return self._tuned.margin_proven
         return self._tuned.margin if self.sure else self._tuned.margin_guessed
 
+    @property
+    def search_period(self) -> float:
+        """Time (s) from one search for better poses to the next."""
+        if not self.sure:
+            return self._tuned.period_unsure
+        return self._tuned.period_proven if self.proven else self._tuned.period_sure
+
     def lose(self, why: str) -> None:
         """From now on no place is likely."""
         self._placed, self._lost = False, why
@@ -96,9 +103,9 @@ class Certainty:
 
         Few echoes are explained where much stands that is on no map, and where walls slant. But if search after search
         finds no place that is anything like it, the robot is there, and so few are usual here. Beside a place that is
-        proven, others may look alike.
+        sure or proven, others may look alike, but not better.
         """
-        alone = better > (0.0 if self.proven else self._tuned.rival_margin)
+        alone = better > (0.0 if self.sure or self.proven else self._tuned.rival_margin)
         self._unique = self._unique + 1 if alone else 0
         self._upheld = self._upheld + 1 if alone and not self.sure else 0
         if self._upheld >= self._tuned.upheld_searches:

@@ -175,10 +175,11 @@ class Localisation:
         self._pose = spread.pose
         was_sure = self._certainty.sure
         self._certainty.judge(spread)
-        if was_sure and self._certainty.doubts:     # what was heard before may belong to another place
-            self._recent.keep(tuned.kept_in_doubt)
-            self._search.give_up()
+        if was_sure and not self._certainty.sure:
             self._next_search = time
+            if self._certainty.doubts:      # what was heard before may belong to another place
+                self._recent.keep(tuned.kept_in_doubt)
+                self._search.give_up()
         self._wheels.learn(spread.pose if self._certainty.sure else None)
         self.where = Where(time, spread.pose, self._certainty.sure, spread.covariance, self._certainty.reason)
         return self.where
@@ -189,8 +190,8 @@ class Localisation:
         if self._search.runs:
             found = self._search.step()
             if found is not None:
-                self._next_search = time + (tuned.period_sure if self._certainty.sure else tuned.period_unsure)
                 self._consider(found, odometry)
+                self._next_search = time + self._certainty.search_period
         elif (time >= self._next_search and len(self._recent) >= tuned.least_readings
               and self._recent.heard >= self._searched + tuned.new_readings):
             self._searched = self._recent.heard

@@ -95,8 +95,8 @@ class PoseCloud:
         inside = np.abs(off) < (MAIN_POSITION, MAIN_POSITION, MAIN_HEADING)
         near = weights * (inside[:, 0] & inside[:, 1] & inside[:, 2])
         shift = near @ off / near.sum()
-        covariance = (off * weights[:, None]).T @ off - np.outer(weights @ off, shift)
-        covariance += np.outer(shift, shift - weights @ off)
+        mean = weights @ off
+        covariance = (off * weights[:, None]).T @ off - mean[:, None] * shift + shift[:, None] * (shift - mean)
         x, y, heading = (middle + shift).tolist()
         return Spread(Pose(x, y, math.remainder(heading, 2.0 * math.pi)), covariance)
 

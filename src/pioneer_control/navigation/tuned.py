@@ -64,6 +64,8 @@ class LocalisationNumbers:
     least_poses: int = parameter(4000, Whole(100, 1000000), "it begins with at least so many")
     poses_per_step: int = parameter(4000, Whole(100, 1000000), "poses that a search compares in one update")
     period_sure: float = parameter(6.0, Number(0.1, 1000.0), "time between two searches while the pose is sure", "s")
+    period_proven: float = parameter(
+        20.0, Number(0.1, 1000.0), "the same when a long way has proven it, too: misfits tell sooner", "s")
     period_unsure: float = parameter(0.8, Number(0.1, 1000.0), "time between two searches while it is not", "s")
     margin: float = parameter(
         0.25, Number(0.0, 5.0), "a pose found by a search must explain each reading better than the cloud by this")

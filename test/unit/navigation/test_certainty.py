@@ -132,6 +132,33 @@ def test_a_guess_gives_way_to_what_is_a_little_better_and_a_proven_place_does_no
     assert guess.sure and guess.margin == TUNED.margin
 
 
+def test_it_searches_the_less_often_the_better_the_place_is_proven():
+    guess = Certainty(TUNED)
+    assert guess.search_period == TUNED.period_unsure
+    guess.place(trusted=False)
+    for _ in range(TUNED.sure_searches):
+        guess.compare(TUNED.rival_margin + 0.1)
+    hear(guess, 1.0, way=TUNED.sure_way + 0.1)
+    guess.judge(spread())
+    assert guess.search_period == TUNED.period_sure
+    hear(guess, 1.0, way=TUNED.proven_way)
+    assert guess.search_period == TUNED.period_proven
+    assert doubting().search_period == TUNED.period_unsure
+
+
+def test_a_place_that_is_sure_stays_so_beside_one_that_looks_nearly_alike_but_not_beside_a_better_one():
+    certainty = Certainty(TUNED)
+    certainty.place(trusted=False)
+    for _ in range(TUNED.sure_searches):
+        certainty.compare(TUNED.rival_margin + 0.1)
+    hear(certainty, 1.0, way=TUNED.sure_way + 0.1)
+    for better, expected in ((0.2, True), (0.02, True), (-0.02, False), (0.02, False)):
+        certainty.judge(spread())
+        certainty.compare(better)
+        certainty.judge(spread())
+        assert certainty.sure == expected, better
+
+
 def test_instead_of_a_guess_a_place_is_accepted_that_explains_as_much_as_the_guess():
     half = np.array([1.0, 0.0])
     certainty = Certainty(TUNED)
@@ -166,7 +193,7 @@ def test_a_little_too_few_explained_readings_make_it_unsure_after_a_while():
     certainty = sure()      # 0.8 of all echoes are usual
     mixed(certainty, 0.5, 6)
     assert certainty.sure
-    mixed(certainty, 0.5, 20)
+    mixed(certainty, 0.5, 7)
     assert not certainty.sure
 
 
