@@ -87,6 +87,7 @@ class Moves:
         self.direction = np.array([move.direction for move in self.each])
         self.bend = np.array([move.bend for move in self.each])
         self._half = math.ceil((chassis.reach + FAR) / _CELL)
+        self._free = np.where(self.direction == 0, 2.0 * math.pi, FAR)
         self._ways = _ways(chassis.outline, margin, self._half)
 
     def ways(self, x: Array, y: Array) -> Array:
@@ -98,9 +99,8 @@ class Moves:
         column = np.floor(x / _CELL).astype(int) + self._half
         row = np.floor(y / _CELL).astype(int) + self._half
         inside = (row >= 0) & (row < 2 * self._half) & (column >= 0) & (column < 2 * self._half)
-        cells = np.unique(row[inside] * 2 * self._half + column[inside])
-        free = np.where(self.direction == 0, 2.0 * math.pi, FAR)
-        return np.minimum(free, self._ways[:, cells].min(axis=1, initial=np.inf))
+        cells = row[inside] * 2 * self._half + column[inside]
+        return np.minimum(self._free, self._ways[cells].min(axis=0, initial=np.inf))
 
     def covered(self, live: Iterable[int]) -> Array:
         """Return along which moves the robot is looked after by transducers, one bool for each move.
@@ -113,7 +113,7 @@ class Moves:
 
 @functools.lru_cache(maxsize=8)
 def _ways(outline: Tuple[Point, ...], margin: float, half: int) -> Array:
-    """Return the table of ways: one row for each move, one column for each cell around the robot."""
+    """Return the table of ways: one row for each cell around the robot, one column for each move."""
     middles = (np.arange(-half, half) + 0.5) * _CELL
     y, x = (each.ravel().astype(np.float32) for each in np.meshgrid(middles, middles, indexing="ij"))
     moves = all_moves()
@@ -126,7 +126,7 @@ def _ways(outline: Tuple[Point, ...], margin: float, half: int) -> Array:
             table[number] = table[moves.index(mirrored)].reshape(2 * half, 2 * half)[::-1].ravel()
         else:
             table[number] = _way(outline, margin, move, x, y)
-    return table
+    return np.ascontiguousarray(table.T)
 
 
 def _way(outline: Tuple[Point, ...], margin: float, move: Manoeuvre, x: Array, y: Array) -> Array:
@@ -180,15 +180,12 @@ def _covered(chassis: Chassis, live: FrozenSet[int]) -> Array:
 def _looked_at(outline: Tuple[Point, ...], looking: List[Transducer], move: Manoeuvre) -> bool:
     """Return whether cones cover where the leading part of the outline comes, at some distance."""
     ahead = [after(move, way) for way in LOOKS if way * abs(move.bend) < 1.3]     # an arc that has not turned away
-    return all(any(_in_cone(each, _carried(pose, point)) for pose in ahead for each in looking)
-               for point in leading(outline, move))
-
-
-def _carried(pose: Tuple[float, float, float], point: Point) -> Point:
-    """Return where a point of the robot is when the robot is at a pose."""
-    x, y, heading = pose
-    cosine, sine = math.cos(heading), math.sin(heading)
-    return x + point[0] * cosine - point[1] * sine, y + point[0] * sine + point[1] * cosine
+    x, y, heading = np.array(ahead).T[:, :, np.newaxis]
+    point_x, point_y = np.array(leading(outline, move)).T
+    at_x = x + point_x * np.cos(heading) - point_y * np.sin(heading)
+    at_y = y + point_x * np.sin(heading) + point_y * np.cos(heading)
+    return bool(np.any([_in_cone(each, at_x, at_y) for each in looking] or [np.zeros(at_x.shape, dtype=bool)],
+                       axis=(0, 1)).all())
 
 
 def leading(outline: Tuple[Point, ...], move: Manoeuvre) -> List[Point]:
@@ -202,8 +199,8 @@ def leading(outline: Tuple[Point, ...], move: Manoeuvre) -> List[Point]:
     return points
 
 
-def _in_cone(transducer: Transducer, at: Point) -> bool:
-    dx, dy = at[0] - transducer.x, at[1] - transducer.y
+def _in_cone(transducer: Transducer, x: Array, y: Array) -> Array:
+    dx, dy = x - transducer.x, y - transducer.y
     along = dx * math.cos(transducer.heading) + dy * math.sin(transducer.heading)
-    aside = abs(dy * math.cos(transducer.heading) - dx * math.sin(transducer.heading))
-    return along > 0.0 and (aside - GAP / 2.0) <= along * math.tan(HALF_CONE)
+    aside = np.abs(dy * math.cos(transducer.heading) - dx * math.sin(transducer.heading))
+    return (along > 0.0) & (aside - GAP / 2.0 <= along * math.tan(HALF_CONE))

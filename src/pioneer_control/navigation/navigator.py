@@ -351,7 +351,7 @@ class Navigator:
             task.plan = task.by_map = self._floor.to(task.goal[:2])
             return
         unmapped = self._unmapped(pose)
-        plan = self._floor.to(task.goal[:2], unmapped)
+        plan = self._floor.past(task.by_map, unmapped, pose[:2])
         task.planned = now
         task.round = self._stands_on(unmapped, task.by_map.points_from(pose[:2]))
         if task.plan is not None and now - task.adopted < numbers.plan_kept:

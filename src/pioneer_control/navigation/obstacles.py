@@ -20,7 +20,7 @@ from ..robots import HALF_CONE
 from .chassis import Chassis
 from .frames import into, out_of
 from .tuned import ObstacleNumbers
-from .values import Firing, Sensing
+from .values import Sensing
 
 Array = Any     # of numpy
 
@@ -50,6 +50,21 @@ class Places(NamedTuple):
         return Places(*(each[which] for each in self))
 
 
+class _Echo(NamedTuple):
+    """An echo: the pose of the transducer (m, rad; odometry), the range (m) and the time (s) of the firing."""
+
+    x: float
+    y: float
+    heading: float
+    range: float
+    time: float
+
+
+def _columns(echoes: List[_Echo]) -> Array:
+    """Return the fields of echoes, each as a column with a row for each echo."""
+    return np.array(echoes).T[:, :, np.newaxis]
+
+
 class Obstacles:
     """The memory of echoes of one robot."""
 
@@ -66,7 +81,7 @@ class Obstacles:
         self._map, self._clearance, self._tuned = grid_map, clearance, tuned
         self._before: Optional[Sensing] = None
         self._fired: Dict[int, float] = {}
-        self._free: Deque[Tuple[Pose, float]] = collections.deque(maxlen=_FIRINGS_KEPT)  # eye, and how far it saw
+        self._free: Deque[_Echo] = collections.deque(maxlen=_FIRINGS_KEPT)
         self.forget()
 
     def use_map(self, grid_map: GridMap, clearance: Array) -> None:
@@ -93,7 +108,7 @@ class Obstacles:
 
         Sonar does not hear what is there, so echoes from behind it do not forget it.
         """
-        self._put(places_x, places_y, time, np.zeros(len(places_x), dtype=bool),
+        self._put(places_x, places_y, np.full(len(places_x), time), np.zeros(len(places_x), dtype=bool),
                   np.full(len(places_x), time + self._tuned.felt))
         self._passed[len(self._passed) - len(places_x):] = _NEVER
 
@@ -105,64 +120,70 @@ class Obstacles:
             where: its pose on the map at that time; None when it is not sure. Then the map explains nothing.
         """
         self._drop_old(sensing.time)
+        heard: List[_Echo] = []
         for firing in sensing.firings:
             transducer = self._transducers.get(firing.number)
             if transducer is not None:
                 self._fired[firing.number] = firing.time
-                at = self._pose_at(sensing, firing.time)
-                eye = compose(at, Pose(transducer.x, transducer.y, transducer.heading))
                 if math.isfinite(firing.range) and firing.range > 0.0:
-                    self._see_through(eye, firing.range)
-                    self._free.append((eye, firing.range))
-                    if firing.range < self._tuned.heard_to:
-                        self._hear_one(sensing, firing, eye, where)
+                    eye = compose(self._pose_at(sensing, firing.time),
+                                  Pose(transducer.x, transducer.y, transducer.heading))
+                    heard.append(_Echo(*eye, firing.range, firing.time))
         self._before = sensing
+        if heard:
+            self._see_through(heard)
+            self._free.extend(heard)
+            near = [echo for echo in heard if echo.range < self._tuned.heard_to]
+            if near:
+                self._hear_near(sensing, near, where)
 
-    def _hear_one(self, sensing: Sensing, firing: Firing, eye: Pose, where: Optional[Pose]) -> None:
-        x, y = out_of(eye, firing.range * np.cos(_ACROSS), firing.range * np.sin(_ACROSS))
-        explained = np.zeros(len(x), dtype=bool)
-        until = firing.time + np.where(np.abs(_ACROSS) < 0.4 * HALF_CONE, self._tuned.kept, self._tuned.kept_aside)
+    def _hear_near(self, sensing: Sensing, echoes: List[_Echo], where: Optional[Pose]) -> None:
+        eye_x, eye_y, heading, far, time = _columns(echoes)
+        x, y = eye_x + far * np.cos(heading + _ACROSS), eye_y + far * np.sin(heading + _ACROSS)
+        explained = np.zeros(x.shape, dtype=bool)
         if where is not None:
-            near = self._tuned.explained + self._tuned.explained_share * firing.range
-            on_map = out_of(where, *into(sensing.odometry, x, y))
-            row, column = self._map.cell(*on_map)
+            row, column = self._map.cell(*out_of(where, *into(sensing.odometry, x, y)))
             rows, columns = self._clearance.shape
             inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
             room = np.where(inside, self._clearance[np.where(inside, row, 0), np.where(inside, column, 0)], 0.0)
-            explained = room < near
-        if explained.any():
-            x, y, explained = x[explained], y[explained], explained[explained]
-            until = np.full(len(x), firing.time + self._tuned.kept_known)
-        else:
+            explained = room < self._tuned.explained + self._tuned.explained_share * far
+        by_map = explained.any(axis=1, keepdims=True)
+        kept = np.where(np.abs(_ACROSS) < 0.4 * HALF_CONE, self._tuned.kept, self._tuned.kept_aside)
+        until = time + np.where(by_map, self._tuned.kept_known, kept)
+        which = explained
+        if not by_map.all():
             left = ~self._seen_free(x, y)
-            if left.any():
-                x, y, until, explained = x[left], y[left], until[left], explained[left]
-        self._put(x, y, firing.time, explained, until)
+            which = np.where(by_map, explained, left | ~left.any(axis=1, keepdims=True))
+        self._put(x[which], y[which], np.broadcast_to(time, x.shape)[which], explained[which], until[which])
 
     def _seen_free(self, x: Array, y: Array) -> Array:
         """Return which places the last echoes have passed: the part of an arc that is left has the obstacle."""
-        eye_x, eye_y, heading, seen = np.array([(*eye, far) for eye, far in self._free]).T[:, :, np.newaxis]
-        along = (x - eye_x) * np.cos(heading) + (y - eye_y) * np.sin(heading)
-        aside = np.abs((y - eye_y) * np.cos(heading) - (x - eye_x) * np.sin(heading))
-        passed = (along > 0) & (aside < along * math.tan(_THROUGH)) & (
-            np.hypot(x - eye_x, y - eye_y) < seen - self._tuned.seen_through)
-        return np.asarray(passed.any(axis=0))
+        return self._passing(list(self._free), x.ravel(), y.ravel()).any(axis=0).reshape(x.shape)
 
-    def _put(self, x: Array, y: Array, time: float, mapped: Array, until: Array) -> None:
-        cell = self._tuned.cell
-        known = set(zip(np.floor(x / cell).astype(int).tolist(), np.floor(y / cell).astype(int).tolist()))
+    def _passing(self, echoes: List[_Echo], x: Array, y: Array) -> Array:
+        """Return which echoes have passed which places: an array of bools with a row for each echo."""
+        eye_x, eye_y, heading, far, _ = _columns(echoes)
+        cosine, sine, dx, dy = np.cos(heading), np.sin(heading), x - eye_x, y - eye_y
+        along, aside = dx * cosine + dy * sine, np.abs(dy * cosine - dx * sine)
+        return (aside < along * math.tan(_THROUGH)) & (
+            np.hypot(along, aside) < far - self._tuned.seen_through)
+
+    def _put(self, x: Array, y: Array, time: Array, mapped: Array, until: Array) -> None:
         old = self._places
-        again = np.array([pair in known for pair in zip(np.floor(old.x / cell).astype(int).tolist(),
-                                                        np.floor(old.y / cell).astype(int).tolist())], dtype=bool)
-        new = Places(x, y, np.full(len(x), time), mapped, until, *self._stands_since(x, y, time))
+        again = (self._cell_of(old.x, old.y)[:, np.newaxis] == self._cell_of(x, y)).any(axis=1)
+        new = Places(x, y, time, mapped, until, *self._stands_since(x, y, time))
         self._places = Places(*(np.append(*columns) for columns in zip(old.chosen(~again), new)))
         self._passed = np.append(self._passed[~again], np.zeros(len(x), dtype=int))
 
-    def _stands_since(self, x: Array, y: Array, time: float) -> Tuple[Array, Array, Array]:
+    def _cell_of(self, x: Array, y: Array) -> Array:
+        """Return a number of the cell of each place, the same for places of one cell."""
+        return np.floor(x / self._tuned.cell) * 1e7 + np.floor(y / self._tuned.cell)
+
+    def _stands_since(self, x: Array, y: Array, time: Array) -> Tuple[Array, Array, Array]:
         """Return `since`, `from_x` and `from_y` of new places: those of the oldest place that each may still be."""
-        old = self._places.chosen(time - self._places.time < self._tuned.proves_still)
+        old = self._places.chosen(time.max() - self._places.time < self._tuned.proves_still)
         if not len(old.x):
-            return np.full(len(x), time), x, y
+            return time, x, y
         same = np.hypot(x[:, np.newaxis] - old.from_x, y[:, np.newaxis] - old.from_y) < self._tuned.same_place
         since = np.where(same, old.since, np.inf)
         oldest, row = since.argmin(axis=1), np.arange(len(x))
@@ -170,11 +191,9 @@ class Obstacles:
         return (np.where(known, since[row, oldest], time), np.where(known, old.from_x[oldest], x),
                 np.where(known, old.from_y[oldest], y))
 
-    def _see_through(self, eye: Pose, heard_range: float) -> None:
-        """Note which places an echo from farther away has passed, and forget those that were passed often enough."""
-        x, y = into(eye, self._places.x, self._places.y)
-        passed = (x > 0) & (np.hypot(x, y) < heard_range - self._tuned.seen_through)
-        passed &= np.abs(y) < x * math.tan(_THROUGH)
+    def _see_through(self, echoes: List[_Echo]) -> None:
+        """Note which places echoes from farther away have passed, and forget those that were passed often enough."""
+        passed = self._passing(echoes, self._places.x, self._places.y).sum(axis=0)
         if passed.any():
             self._passed = self._passed + passed
             self._keep(self._passed < self._tuned.passes)

@@ -4,13 +4,16 @@ The floor is divided into squares of about 0.1 m (the map's cells, or several of
 so a way keeps its distance where there is room, and goes through a narrow gap only if it must. The cost to go is found
 once from the goal for all squares (Dijkstra), so one plan serves the robot wherever it is.
 
+A plan past obstacles differs from the map's only behind them, as seen from the goal, and only what is not much farther
+from the goal than the robot is needed. So only the squares between are searched again.
+
 Obstacles that are on no map make a square costly, but do not close it: when they block the only way, the robot goes
 there and waits, and sees whether they have gone.
 """
 
 import math
 from dataclasses import dataclass
-from typing import Any, List, NamedTuple, Optional, Tuple
+from typing import Any, List, NamedTuple, Tuple
 
 import numpy as np
 from scipy import ndimage
@@ -28,6 +31,8 @@ _STEPS = [(rows, columns) for rows in range(-2, 3) for columns in range(-2, 3) i
 
 
 _AIM_STEPS = 5
+_BEYOND = 4.0
+"""A new plan has all squares up to this much farther from the goal than the robot is, as costs."""
 
 
 class _Net(NamedTuple):
@@ -37,6 +42,16 @@ class _Net(NamedTuple):
     end: Array
     length: Array
     row_starts: Array
+
+    def weights(self, costs: Array, step: Any) -> Array:
+        """Return what some steps cost; `costs`: of a metre in each square."""
+        return self.length[step] * (costs[self.start[step]] + costs[self.end[step]]) * 0.5
+
+    def steps_from(self, squares: Array) -> Tuple[Array, Array]:
+        """Return the steps from some squares, those of one after those of another, and where those of each begin."""
+        count = self.row_starts[squares + 1] - self.row_starts[squares]
+        begin = np.append(0, np.cumsum(count))
+        return begin, np.arange(begin[-1]) + np.repeat(self.row_starts[squares] - begin[:-1], count)
 
 
 class DrivableFloor:
@@ -75,6 +90,7 @@ class DrivableFloor:
         self._parts = connected_components(self._graph(np.ones(int(self._usable.sum()))))[1]
         _, (self._near_row, self._near_column) = ndimage.distance_transform_edt(
             ~self._usable, return_indices=True) if self._usable.any() else (None, (rows, columns))
+        self._nearest_number = self._number[self._near_row, self._near_column]
         off = np.hypot(rows - self._near_row, columns - self._near_column) * self.side
         self._off_the_floor = off * tuned.off_the_floor
 
@@ -101,34 +117,50 @@ class DrivableFloor:
                 name, 2.0 * self._least, start[0], start[1])
         return ""
 
-    def to(self, goal: Point, obstacles: Optional[Array] = None) -> "RoutePlan":
-        """Return the plan to a goal (m, map frame) that is not refused.
+    def to(self, goal: Point) -> "RoutePlan":
+        """Return the plan to a goal (m, map frame) that is not refused, by the map alone."""
+        return self._whole(goal, self._base[self._usable])
+
+    def past(self, plan: "RoutePlan", obstacles: Array, start: Point) -> "RoutePlan":
+        """Return the plan of a robot among obstacles that are on no map.
 
         Args:
-            goal: x and y.
-            obstacles: array (number, 2) of x and y of what is there and on no map.
+            plan: the plan to the same goal by the map alone.
+            obstacles: array (number, 2) of x and y (m, map frame) of what is there and on no map.
+            start: where the robot is. Much farther from the goal than it is, the new plan is no more than a guess.
         """
-        cost = self._base
-        if obstacles is not None and len(obstacles):
-            cost = cost + self._extra(obstacles)
-        costs = cost[self._usable]
-        node = self._nearest(goal)
-        to_go, previous = dijkstra(self._graph(costs), indices=node, return_predecessors=True)
+        extra, known, node = self._extra(obstacles), plan.to_go, self.node(start)
+        first = float(known[extra > 0.0].min(initial=np.inf))   # what is nearer to the goal costs the same as before
+        most = known[node] + _BEYOND
+        if first > most:
+            return plan
+        costs, fixed = plan.costs + extra, (known < first) | (known == 0.0)
+        squares = np.flatnonzero(~fixed & (known < most))
+        if 2 * len(squares) < len(known):
+            to_go, following = self._searched(squares, costs, plan, fixed, most)
+            if to_go[node] < most - _BEYOND / 2.0:
+                return self._plan(plan.goal, costs, to_go, following)
+        return self._whole(plan.goal, costs)
+
+    def _whole(self, goal: Point, costs: Array) -> "RoutePlan":
+        return self._plan(goal, costs, *dijkstra(self._graph(costs), indices=self.node(goal), return_predecessors=True))
+
+    def _plan(self, goal: Point, costs: Array, to_go: Array, following: Array) -> "RoutePlan":
         values = np.full(self._usable.shape, np.inf)
         values[self._usable] = to_go
         values = values[self._near_row, self._near_column]
         most = float(values[np.isfinite(values)].max(initial=0.0))
         values = np.where(np.isfinite(values), values, most + 10.0) + self._off_the_floor
-        following = np.where(previous >= 0, previous, np.arange(len(previous)))
-        aims = following
+        onward = np.where(following >= 0, following, np.arange(len(following)))
+        aims = onward
         for _ in range(_AIM_STEPS - 1):
-            aims = following[aims]
-        return RoutePlan(goal, values, cost, previous, aims, self)
+            aims = onward[aims]
+        return RoutePlan(goal, values, costs, to_go, following, aims, self)
 
     def shortest(self, start: Point, goal: Point) -> float:
         """Return the length (m) of the shortest way between two places, infinite when there is none."""
-        lengths = dijkstra(self._graph(np.ones(int(self._usable.sum()))), indices=self._nearest(goal))
-        return float(lengths[self._nearest(start)])
+        lengths = dijkstra(self._graph(np.ones(int(self._usable.sum()))), indices=self.node(goal))
+        return float(lengths[self.node(start)])
 
     def straight(self, start: Point, goal: Point) -> bool:
         """Return whether the robot may drive straight from one place to another (m, map frame)."""
@@ -142,7 +174,8 @@ class DrivableFloor:
         """Return the cost of a metre at points (m, map frame), as the map alone has it."""
         row, column = self._map.cell(x, y)
         rows, columns = self._near_walls.shape
-        return self._near_walls[np.clip(row, 0, rows - 1), np.clip(column, 0, columns - 1)]
+        row, column = np.minimum(np.maximum(row, 0), rows - 1), np.minimum(np.maximum(column, 0), columns - 1)
+        return self._near_walls[row, column]
 
     def middle(self, row: Array, column: Array) -> Tuple[Array, Array]:
         """Return x and y (m, map frame) of the middle of squares."""
@@ -156,31 +189,33 @@ class DrivableFloor:
 
     def aim_at(self, aims: Array, x: Array, y: Array) -> Tuple[Array, Array]:
         """Return x and y (m, map frame) of the squares that `aims` has for the squares of points."""
-        row, column = self.fraction(x, y)
-        rows, columns = self._usable.shape
-        row = np.clip(np.rint(row).astype(int), 0, rows - 1)
-        column = np.clip(np.rint(column).astype(int), 0, columns - 1)
-        square = self._squares[aims[self._number[self._near_row[row, column], self._near_column[row, column]]]]
+        square = self._squares[aims[self.nodes(x, y)]]
+        columns = self._usable.shape[1]
         return self.middle(square // columns, square % columns)
 
-    def place(self, node: int) -> Point:
-        """Return the middle (m, map frame) of a square that may be used, by its number in the graph."""
-        row, column = divmod(int(self._squares[node]), self._usable.shape[1])
+    def places(self, nodes: List[int]) -> List[Point]:
+        """Return the middles (m, map frame) of squares that may be used, by their numbers in the graph."""
+        row, column = np.divmod(self._squares[nodes], self._usable.shape[1])
         x, y = self.middle(row, column)
-        return float(x), float(y)
+        return list(zip(x.tolist(), y.tolist()))
+
+    def nodes(self, x: Array, y: Array) -> Array:
+        """Return the numbers of the squares nearest to points (m, map frame) that may be used."""
+        row, column = self.fraction(x, y)
+        rows, columns = self._usable.shape
+        row = np.minimum(np.maximum(np.rint(row).astype(int), 0), rows - 1)
+        column = np.minimum(np.maximum(np.rint(column).astype(int), 0), columns - 1)
+        return self._nearest_number[row, column]
 
     def node(self, place: Point) -> int:
         """Return the number of the square nearest to a place (m, map frame) that may be used."""
-        return self._nearest(place)
-
-    def _nearest(self, place: Point) -> int:
         row, column = self.fraction(*place)
         rows, columns = self._usable.shape
         row, column = min(max(round(row), 0), rows - 1), min(max(round(column), 0), columns - 1)
-        return int(self._number[self._near_row[row, column], self._near_column[row, column]])
+        return int(self._nearest_number[row, column])
 
     def _part(self, place: Point) -> int:
-        return int(self._parts[self._nearest(place)])
+        return int(self._parts[self.node(place)])
 
     def _cost_of(self, room: Array) -> Array:
         """Return the cost of a metre where the nearest wall is `room` (m) away: 1 in the open."""
@@ -189,22 +224,58 @@ class DrivableFloor:
         return 1.0 + tuned.near_cost * near ** 2 + np.where(room < self._wanted, tuned.squeeze_cost, 0.0)
 
     def _extra(self, obstacles: Array) -> Array:
-        """Return what obstacles that are on no map add to the cost of a metre in each square."""
+        """Return what obstacles that are on no map add to the cost of a metre in each square that may be used."""
         rows, columns = self._usable.shape
-        row, column = (np.round(each).astype(int) for each in self.fraction(obstacles[:, 0], obstacles[:, 1]))
+        row, column = (np.rint(each).astype(int) for each in self.fraction(obstacles[:, 0], obstacles[:, 1]))
         inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-        if not inside.any():
-            return np.zeros(self._usable.shape)
-        free = np.ones(self._usable.shape, dtype=bool)
-        free[row[inside], column[inside]] = False
-        room = ndimage.distance_transform_edt(free) * self.side
-        return np.where(room < self._least, self._tuned.obstacle_cost, self._cost_of(room) - 1.0)
+        extra = np.zeros(self._usable.shape)
+        if inside.any():
+            row, column = row[inside], column[inside]
+            reach = math.ceil((self._wanted + self._tuned.berth) / self.side)
+            low_row, low_column = max(0, row.min() - reach), max(0, column.min() - reach)
+            free = np.ones((min(rows, row.max() + reach + 1) - low_row,
+                            min(columns, column.max() + reach + 1) - low_column), dtype=bool)
+            free[row - low_row, column - low_column] = False
+            room = ndimage.distance_transform_edt(free) * self.side
+            extra[low_row:low_row + free.shape[0], low_column:low_column + free.shape[1]] = np.where(
+                room < self._least, self._tuned.obstacle_cost, self._cost_of(room) - 1.0)
+        return extra[self._usable]
 
     def _graph(self, costs: Array) -> Any:
+        """Return the graph of the squares that may be used, with the cost of a metre in each."""
         net = self._net
-        weights = net.length * (costs[net.start] + costs[net.end]) * 0.5
-        count = len(net.row_starts) - 1
-        return csr_matrix((weights, net.end, net.row_starts), shape=(count, count))
+        return csr_matrix((net.weights(costs, slice(None)), net.end, net.row_starts), shape=(len(costs), len(costs)))
+
+    def _searched(self, squares: Array, costs: Array, plan: "RoutePlan", fixed: Array, most: float) -> Tuple[
+            Array, Array]:
+        """Return the cost to go from each square and the next one on its way, searched anew for some squares.
+
+        Args:
+            squares: their numbers.
+            costs: the cost of a metre in each square that may be used.
+            plan: the plan by the map alone.
+            fixed: which squares have the cost to go of `plan`.
+            most: what costs more to go is not searched, but guessed.
+        """
+        rim = np.zeros(len(costs), dtype=bool)      # the fixed squares to which steps lead from `squares`
+        rim[self._net.end[self._net.steps_from(squares)[1]]] = True
+        rim &= fixed
+        known = np.flatnonzero(rim)
+        rim[squares] = True
+        squares = np.flatnonzero(rim)
+        begin, step = self._net.steps_from(squares)
+        place, count = np.full(len(costs), -1), len(squares)
+        place[squares] = np.arange(count)
+        end = place[self._net.end[step]]
+        weights = np.where(end < 0, np.inf, self._net.weights(costs, step))
+        # One more place, from which a step to each known square costs what there is to go from it.
+        graph = csr_matrix((np.append(weights, plan.to_go[known]), np.append(np.maximum(end, 0), place[known]),
+                            np.append(begin, begin[-1] + len(known))), shape=(count + 1, count + 1))
+        found, following = dijkstra(graph, indices=count, limit=most, return_predecessors=True)
+        new = np.isfinite(found[:count]) & ~fixed[squares]
+        to_go, onward = np.where(fixed, plan.to_go, np.maximum(plan.to_go, most)), plan.following.copy()
+        to_go[squares[new]], onward[squares[new]] = found[:count][new], squares[following[:count][new]]
+        return to_go, onward
 
 
 @dataclass(frozen=True)
@@ -214,8 +285,9 @@ class RoutePlan:
     Attributes:
         goal: x and y (m, map frame).
         values: the cost to go from the middle of each square; in metres of open floor.
-        costs: the cost of a metre in each square.
-        previous: for each square that may be used, the next one on its way to the goal; -1 or less: none.
+        costs: the cost of a metre in each square that may be used.
+        to_go: the cost to go from each such square.
+        following: for each such square, the next one on its way to the goal; -1 or less: none.
         aims: for each such square, one farther on its way, at which the robot aims.
         floor: the floor it was made for.
     """
@@ -223,7 +295,8 @@ class RoutePlan:
     goal: Point
     values: Array
     costs: Array
-    previous: Array
+    to_go: Array
+    following: Array
     aims: Array
     floor: DrivableFloor
 
@@ -239,31 +312,28 @@ class RoutePlan:
     def cost_of_way(self, points: List[Point]) -> float:
         """Return the cost of a way (m, map frame), also of one of another plan."""
         x, y = np.array(points).T
-        row, column = self.floor.fraction(x[1:], y[1:])
-        rows, columns = self.costs.shape
-        each = self.costs[np.clip(np.rint(row).astype(int), 0, rows - 1),
-                          np.clip(np.rint(column).astype(int), 0, columns - 1)]
+        each = self.costs[self.floor.nodes(x[1:], y[1:])]
         return float((each * np.hypot(np.diff(x), np.diff(y))).sum())
 
     def points_from(self, place: Point) -> List[Point]:
         """Return the way from a place to the goal as points (m, map frame), about a square apart. Ends at the goal."""
-        node = self.floor.node(place)
-        points = [place]
-        while self.previous[node] >= 0:
-            node = int(self.previous[node])
-            points.append(self.floor.place(node))
-        return points[:-1] + [self.goal] if len(points) > 1 else [place, self.goal]
+        nodes = [self.floor.node(place)]
+        following = self.following.item
+        while following(nodes[-1]) >= 0:
+            nodes.append(following(nodes[-1]))
+        return [place, *self.floor.places(nodes[1:-1]), self.goal]
 
 
 def length_of(points: List[Point]) -> float:
     """Return the length (m) of a way."""
-    return sum(math.hypot(b[0] - a[0], b[1] - a[1]) for a, b in zip(points, points[1:]))
+    return float(np.hypot(*np.diff(np.array(points), axis=0).T).sum())
 
 
 def _between(grid: Array, row: Array, column: Array) -> Array:
     """Return the values of a grid at rows and columns between its own, in proportion; at its border, beyond it."""
     rows, columns = grid.shape
-    row, column = np.clip(row, 0, rows - 1.001), np.clip(column, 0, columns - 1.001)
+    row = np.minimum(np.maximum(row, 0), rows - 1.001)
+    column = np.minimum(np.maximum(column, 0), columns - 1.001)
     up, right = row.astype(int), column.astype(int)
     above, beside = row - up, column - right
     up_next, right_next = np.minimum(up + 1, rows - 1), np.minimum(right + 1, columns - 1)

@@ -98,21 +98,53 @@ def test_the_cost_to_go_falls_towards_the_goal_and_the_heading_leads_there():
 def test_the_way_leads_round_what_is_on_no_map():
     floor = floor_of(room())
     obstacle = np.array([(2.5, 1.5 + 0.05 * k) for k in range(-8, 9)])
-    points = floor.to((4.0, 1.5), obstacle).points_from((1.0, 1.5))
+    points = floor.past(floor.to((4.0, 1.5)), obstacle, (1.0, 1.5)).points_from((1.0, 1.5))
     x, y = min(points, key=lambda point: abs(point[0] - 2.5))
     assert abs(y - 1.5) > 0.6
 
 
 def test_what_blocks_the_only_way_makes_it_dear_and_leaves_it():
     floor, goal = floor_of(with_wall(18)), (4.0, 2.0)
-    free, blocked = floor.to(goal), floor.to(goal, np.array([(2.5, 1.8), (2.5, 2.2)]))
+    free = floor.to(goal)
+    blocked = floor.past(free, np.array([(2.5, 1.8), (2.5, 2.2)]), (1.0, 2.0))
     start = np.array([1.0]), np.array([2.0])
     assert free.cost(*start)[0] + 10.0 < blocked.cost(*start)[0] < math.inf
 
 
 def test_obstacles_beside_the_map_change_nothing():
     floor = floor_of(room())
-    assert (floor.to((4.0, 1.5), np.array([(90.0, 90.0)])).values == floor.to((4.0, 1.5)).values).all()
+    plan = floor.to((4.0, 1.5))
+    assert (floor.past(plan, np.array([(90.0, 90.0)]), (1.0, 1.5)).values == plan.values).all()
+
+
+@pytest.mark.parametrize("start, obstacles", [
+    ((1.0, 1.5), [(1.6, 1.5)]), ((1.0, 1.5), [(1.6, 1.2), (1.6, 1.6), (2.0, 2.4)]), ((2.0, 0.6), [(0.8, 2.0)]),
+    ((1.0, 1.5), [(4.0, 1.5)])])
+def test_a_plan_past_obstacles_costs_what_its_way_costs_and_no_neighbour_knows_a_better_one(start, obstacles):
+    floor = floor_of(room())
+    by_map = floor.to((4.0, 1.5))
+    plan = floor.past(by_map, np.array(obstacles), start)
+    net, here = floor._net, plan.to_go < plan.to_go[floor.node(start)] + 1.0
+    through = plan.to_go[net.end] + net.length * (plan.costs[net.start] + plan.costs[net.end]) / 2.0
+    best = np.full(len(here), np.inf)
+    np.minimum.at(best, net.start, through)
+    best[floor.node((4.0, 1.5))] = 0.0
+    assert plan.to_go[here] == pytest.approx(best[here])
+    assert (plan.to_go >= by_map.to_go - 1e-9).all()
+    assert plan.points_from(start)[-1] == (4.0, 1.5)
+
+
+def test_only_what_obstacles_near_the_robot_change_is_searched_again(monkeypatch):
+    floor = floor_of(room(columns=300))
+    plan = floor.to((14.0, 1.5))
+    monkeypatch.setattr(floor, "_whole", None)
+    assert floor.past(plan, np.array([(1.0, 1.5)]), (10.0, 1.5)) is plan, "it has passed the obstacle"
+    anew = floor.past(plan, np.array([(9.0, 1.5)]), (8.0, 1.5))
+    far, near = np.array([1.0]), np.array([11.0])
+    assert anew.cost(near, near - 9.5) == plan.cost(near, near - 9.5)
+    assert length_of(anew.points_from((8.0, 1.5))) > length_of(plan.points_from((8.0, 1.5)))
+    assert plan.cost(far, far) <= anew.cost(far, far) < math.inf
+    assert anew.points_from((1.0, 1.0))[-1] == (14.0, 1.5), "also where none was searched"
 
 
 def test_straight_is_what_has_no_wall_between():
