@@ -9,13 +9,11 @@ from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 from scipy.ndimage import binary_dilation, distance_transform_edt, label, uniform_filter
-from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
-from scipy.spatial import cKDTree
 
 from ..floor_poses import Pose, wrapped
 from ..maps import FREE, OCCUPIED, UNKNOWN, GridMap
-from .planning import Point
+from .planning import EIGHT_STEPS, Point, net_of
 from .tuned import ExploringNumbers
 
 Array = Any     # of numpy
@@ -59,12 +57,15 @@ class Explorer:
 
     Args:
         home: where it ends (map frame).
-        radius: distance (m) from walls that the middle of the robot needs.
+        radius: distance (m) from walls that the middle of the robot keeps.
         numbers: what was tuned.
+        narrow: the same when nothing else is left; None: as before.
     """
 
-    def __init__(self, home: Pose, radius: float, numbers: ExploringNumbers = ExploringNumbers()) -> None:
+    def __init__(self, home: Pose, radius: float, numbers: ExploringNumbers = ExploringNumbers(),
+                 narrow: Optional[float] = None) -> None:
         self._home, self._radius, self._numbers = home, radius, numbers
+        self._narrow = radius if narrow is None else narrow
         self._given_up: List[Point] = []
         self._tried: List[Point] = []
         self._looks = 0
@@ -124,9 +125,10 @@ class Explorer:
                 return NextGoal(Pose(pose.x, pose.y, looks), "to look at the end of the map", True, before.end)
             self._given_up.append(before.end)
         goal = next_goal(grid_map, pose, self._radius, self._left_alone(), self._numbers)
-        if goal.pose is None and self._tries_again and self._left_alone():
-            # The map is better now, and it comes from elsewhere: what was given up gets one more chance.
-            self._tries_again, self._given_up, self._tried = False, [], []
+        if goal.pose is None and self._tries_again:
+            # The map is better now, and it comes from elsewhere: what was given up gets one more chance. The walls of
+            # the map may make a doorway narrower than it is.
+            self._tries_again, self._given_up, self._tried, self._radius = False, [], [], self._narrow
             goal = next_goal(grid_map, pose, self._radius, (), self._numbers)
         self.homeward = goal.pose is None
         return NextGoal(self._home, goal.reason + ": home", True) if self.homeward else goal
@@ -142,6 +144,28 @@ class Explorer:
         near = self._numbers.given_up / 2.0
         return self._given_up + [end for end in self._tried if sum(
             math.hypot(end[0] - other[0], end[1] - other[1]) < near for other in self._tried) > self._numbers.tries]
+
+
+def with_driven_floor(grid_map: GridMap, path: Array, radius: float) -> GridMap:
+    """Return a map that is free wherever a robot has driven.
+
+    Args:
+        grid_map: the map.
+        path: x, y (m, map frame) of the robot's middle, array (n, 2).
+        radius: how far (m) from there it is free.
+    """
+    step = grid_map.resolution
+    reach = math.floor(radius / step)
+    up, right = np.mgrid[-reach:reach + 1, -reach:reach + 1]
+    under = np.hypot(up, right) * step <= radius
+    rows, columns = grid_map.cells.shape
+    row, column = grid_map.cell(path[:, 0], path[:, 1])
+    driven = np.unique(row * columns + column)
+    row, column = (driven // columns)[:, None] + up[under], (driven % columns)[:, None] + right[under]
+    inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+    cells = grid_map.cells.copy()
+    cells[row[inside], column[inside]] = FREE
+    return GridMap(cells, step, grid_map.origin)
 
 
 class _ExploredFloor(NamedTuple):
@@ -242,27 +266,32 @@ class _Standpoints:
     """The places from which ends of the map can be seen: such with ample room, if there are any near."""
 
     def __init__(self, floor: _ExploredFloor, ample: float) -> None:
-        self._cells = floor.grid.cells
-        self._reached = np.argwhere(floor.reached)
-        self._ample = np.argwhere(floor.reached & (floor.to_wall > ample))
-        self._near = cKDTree(self._reached)
-        self._near_ample = cKDTree(self._ample) if len(self._ample) else None
+        self._cells, self._reached = floor.grid.cells, floor.reached
+        self._ample = floor.reached & (floor.to_wall > ample)
         self._most = 0.6 / floor.grid.resolution
 
     def best(self, row: int, column: int) -> Tuple[int, int]:
         """Return the cell from which an end of the map, a cell, is seen best."""
-        if self._near_ample is not None:
-            _, found = self._near_ample.query((row, column), _STANDPOINTS, distance_upper_bound=self._most)
-            for index in found[found < len(self._ample)]:
-                if self._sees(self._ample[index], (row, column)):
-                    return int(self._ample[index][0]), int(self._ample[index][1])
-        nearest = self._reached[self._near.query((row, column))[1]]
-        return int(nearest[0]), int(nearest[1])
+        for here in _nearest(self._ample, row, column, self._most)[:_STANDPOINTS]:
+            if self._sees(here, (row, column)):
+                return int(here[0]), int(here[1])
+        beside = _nearest(self._reached, row, column, 2.0)[0]      # an end of the map touches what can be reached
+        return int(beside[0]), int(beside[1])
 
     def _sees(self, here: Array, there: Tuple[int, int]) -> bool:
         share = np.linspace(0.0, 1.0, 25)
         rows, columns = (np.round(here[axis] + share * (there[axis] - here[axis])).astype(int) for axis in range(2))
         return not (self._cells[rows, columns] == OCCUPIED).any()
+
+
+def _nearest(which: Array, row: int, column: int, most: float) -> Array:
+    """Return the cells of a mask that are at most so many cells away from one, array (n, 2), the nearest first."""
+    reach = math.floor(most)
+    low_row, low_column = max(0, row - reach), max(0, column - reach)
+    found = np.argwhere(which[low_row:row + reach + 1, low_column:column + reach + 1]) + (low_row, low_column)
+    away = np.hypot(*(found - (row, column)).T)
+    order = np.argsort(away, kind="stable")
+    return found[order[:int((away <= most).sum())]]
 
 
 def _with_room_to_stand(grid_map: GridMap, pose: Pose, margin: float) -> Tuple[Array, Tuple[float, float]]:
@@ -291,17 +320,8 @@ def _ways(floor: Array, grid: GridMap, pose: Pose, off_floor: float) -> Tuple[Ar
     away = np.hypot(x - pose.x, y - pose.y)
     if away.min() > off_floor:
         return np.zeros(floor.shape), np.zeros_like(floor)
-    first, second, length = [], [], []
-    for up, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
-        here = number[:floor.shape[0] - up, max(0, -right):floor.shape[1] - max(0, right)].ravel()
-        there = number[up:, max(0, right):floor.shape[1] + min(0, right)].ravel()
-        both = (here >= 0) & (there >= 0)
-        first.append(here[both])
-        second.append(there[both])
-        length.append(np.full(both.sum(), math.hypot(up, right) * grid.resolution))
-    graph = coo_matrix((np.concatenate(length), (np.concatenate(first), np.concatenate(second))),
-                       shape=(len(rows), len(rows))).tocsr()
-    lengths = dijkstra(graph, directed=False, indices=int(away.argmin()))
+    net = net_of(number, grid.resolution, EIGHT_STEPS)
+    lengths = dijkstra(net.matrix(net.length), indices=int(away.argmin()))
     way = np.full(floor.shape, np.inf)
     way[rows, columns] = lengths
     return way, np.isfinite(way)

@@ -98,6 +98,18 @@ class Mapper:
         """The lasting errors of the wheels, as far as they are known."""
         return self._graph.bias
 
+    def path(self) -> Array:
+        """Return where the robot was at each packet, by all that is known now: array (n, 3) of x, y (m), heading (rad;
+        map frame).
+        """
+        parts = []
+        for number, drawn in enumerate(self._drawn):
+            begin, way = self._graph.pose(number), drawn.stretch.path(self._graph.bias)
+            cosine, sine = math.cos(begin.heading), math.sin(begin.heading)
+            parts.append(np.stack((begin.x + way[:, 0] * cosine - way[:, 1] * sine,
+                                   begin.y + way[:, 0] * sine + way[:, 1] * cosine, begin.heading + way[:, 2]), axis=1))
+        return np.concatenate(parts) if parts else np.array([self.pose])
+
     def grid_map(self) -> GridMap:
         """Return the map as it is now, with unknown cells round it and round the robot. Nothing changes by asking."""
         grid = self._grid.copy()

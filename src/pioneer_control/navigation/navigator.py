@@ -148,8 +148,7 @@ class Navigator:
         self._edges = edge_cells(grid_map, self._floor.clearance)
         self._obstacles.use_map(grid_map, self._floor.clearance)
         if self._task is not None:
-            self._task.planned = -math.inf
-            self._task.by_map = None
+            self._task.planned, self._task.by_map = -math.inf, None
 
     @property
     def acceleration_wanted(self) -> Accelerations:
@@ -348,7 +347,8 @@ class Navigator:
         """
         numbers = self._numbers.navigator
         if task.by_map is None:
-            task.plan = task.by_map = self._floor.to(task.goal[:2])
+            task.by_map = self._floor.to(task.goal[:2])
+            task.plan = task.plan or task.by_map        # after a change of the map it goes on by the old one
             return
         unmapped = self._unmapped(pose)
         plan = self._floor.past(task.by_map, unmapped, pose[:2])

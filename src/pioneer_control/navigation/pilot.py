@@ -10,7 +10,7 @@ from ..errors import RefusedError
 from ..floor_poses import Pose
 from ..maps import FloorMap, GridMap
 from .chassis import Chassis
-from .exploring import Explorer
+from .exploring import Explorer, with_driven_floor
 from .localisation import Localisation, Where
 from .mapping import Mapper
 from .navigator import Accelerations, Decision, Navigator, Readiness, State
@@ -103,6 +103,7 @@ class OwnMap:
 
     def __init__(self, chassis: Chassis, numbers: NavigationNumbers, start: Pose):
         self._mapper = Mapper(chassis.transducers, numbers.sonar_grid, numbers.scan_match, numbers.mapper, start)
+        self._wide = chassis.half_width + numbers.planning.keep
         self._covariance = np.diag((0.1, 0.1, 0.05)) ** 2      # within a stretch of path
 
     @property
@@ -112,8 +113,8 @@ class OwnMap:
 
     @property
     def drivable(self) -> GridMap:
-        """The same: nobody has forbidden anything on it."""
-        return self.grid
+        """The same, and free wherever the robot has driven. Walls that are drawn there belong elsewhere."""
+        return with_driven_floor(self.grid, self._mapper.path()[:, :2], self._wide)
 
     @property
     def particles(self) -> Array:
@@ -157,7 +158,9 @@ class Pilot:
         self._explore_from = 0.0
         self._home_tries = 0
         self._mapped = -NEW_MAP_EVERY
-        self._navigator = Navigator(self._knows.drivable, chassis, numbers, self.makes_map)
+        self._plans = 0     # packets in which the navigator plans: a new map, or the choice of a goal, waits for others
+        self._drivable = self._knows.drivable
+        self._navigator = Navigator(self._drivable, chassis, numbers, self.makes_map)
         self._goal: Optional[Pose] = None
         self.step = NOTHING_YET
         """The result of the last packet."""
@@ -213,8 +216,9 @@ class Pilot:
             return "there is a map: exploring makes one, so start navigation without a map"
         if self.step.where is None:
             return self.step.reason
-        self._explorer = Explorer(self.step.where.pose, self._chassis.half_width + self._numbers.planning.keep,
-                                  self._numbers.exploring)
+        side, planning = self._chassis.half_width, self._numbers.planning
+        self._explorer = Explorer(self.step.where.pose, side + planning.keep, self._numbers.exploring,
+                                  side + planning.squeeze)
         self._explore_from, self._home_tries = self.step.time + LISTENS, 0
         return ""
 
@@ -245,17 +249,21 @@ class Pilot:
     def sense(self, sensing: Sensing, readiness: Readiness) -> PilotStep:
         """Take what the robot sensed in one packet, and return what to do."""
         where = self._knows.sense(sensing)
-        grid = None
-        if self.makes_map and not 0.0 <= sensing.time - self._mapped < NEW_MAP_EVERY:
-            self._mapped, grid = sensing.time, self._knows.grid
-            self._navigator.use_map(grid)
         decision = self._navigator.step(sensing, where, readiness, sensing.time)
         explorer = self._explorer
         if explorer is not None and not (readiness.may_command and readiness.motors and readiness.sonar_on):
             explorer.held_up(sensing.time)
-        if explorer is not None and (decision.state not in WORKS or explorer.is_over(where.pose, where.time, grid)):
+        ended = decision.state not in WORKS
+        if explorer is not None and ended:
             decision = self._explore_on(explorer, where, decision)
-        elif decision.state not in WORKS:
+        elif self._plans > 0:
+            self._plans -= 1
+        elif self.makes_map and not 0.0 <= sensing.time - self._mapped < NEW_MAP_EVERY:
+            self._mapped, self._drivable, self._plans = sensing.time, self._knows.drivable, 2
+            self._navigator.use_map(self._drivable)
+        elif explorer is not None and explorer.is_over(where.pose, where.time, self._drivable):
+            decision = self._explore_on(explorer, where, decision)
+        if ended and explorer is None:
             self._goal = None
         self.step = PilotStep(sensing.time, sensing.odometry, where, decision.state, decision.reason, decision.twist,
                               self._goal, self._navigator.plan)
@@ -272,7 +280,7 @@ class Pilot:
                 self._explorer = None
                 home = ended.state is State.REACHED
                 return ended._replace(reason="explored, home again" if home else "explored, not home: " + ended.reason)
-        grid, refusal = self.grid, ""
+        grid, refusal = self._drivable, ""
         for _ in range(MOST_REFUSALS):
             following = explorer.next(grid, where.pose, where.time)
             assert following.pose is not None
@@ -287,5 +295,5 @@ class Pilot:
 
     def _send(self, goal: Pose, with_heading: bool = True) -> str:
         refusal = self._navigator.go_to(goal.x, goal.y, goal.heading if with_heading else None, self.step.time)
-        self._goal = None if refusal else goal
+        self._goal, self._plans = None if refusal else goal, 2
         return refusal

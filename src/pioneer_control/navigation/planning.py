@@ -11,6 +11,7 @@ Obstacles that are on no map make a square costly, but do not close it: when the
 there and waits, and sees whether they have gone.
 """
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import Any, List, NamedTuple, Tuple
@@ -26,16 +27,17 @@ from .tuned import PlanningNumbers
 Array = Any     # of numpy
 Point = Tuple[float, float]
 
+EIGHT_STEPS = [(rows, columns) for rows in range(-1, 2) for columns in range(-1, 2) if rows or columns]
+"""The steps from a square to its neighbours."""
 _STEPS = [(rows, columns) for rows in range(-2, 3) for columns in range(-2, 3) if math.gcd(rows, columns) == 1]
 """The sixteen steps from a square to others: to its neighbours, and as the knight of chess."""
-
 
 _AIM_STEPS = 5
 _BEYOND = 4.0
 """A new plan has all squares up to this much farther from the goal than the robot is, as costs."""
 
 
-class _Net(NamedTuple):
+class Net(NamedTuple):
     """The squares as a graph: the square at each end of each step, the step's length (m), and where rows begin."""
 
     start: Array
@@ -52,6 +54,11 @@ class _Net(NamedTuple):
         count = self.row_starts[squares + 1] - self.row_starts[squares]
         begin = np.append(0, np.cumsum(count))
         return begin, np.arange(begin[-1]) + np.repeat(self.row_starts[squares] - begin[:-1], count)
+
+    def matrix(self, weights: Array) -> Any:
+        """Return the graph as scipy has it, with a weight for each step."""
+        count = len(self.row_starts) - 1
+        return csr_matrix((weights, self.end, self.row_starts), shape=(count, count))
 
 
 class DrivableFloor:
@@ -82,12 +89,11 @@ class DrivableFloor:
         self._usable = _most_of_squares(self.clearance, self._pooled) >= self._least
         self._number = np.where(self._usable, np.cumsum(self._usable).reshape(self._usable.shape) - 1, -1)
         self._squares = np.flatnonzero(self._usable)
-        self._net = _net(self._number, self.side)
+        self._net = net_of(self._number, self.side)
         self._near_walls = self._cost_of(self.clearance)
         rows, columns = np.indices(self._usable.shape)
         self._base = self._cost_of(_between(self.clearance, (rows + 0.5) * self._pooled - 0.5,
                                             (columns + 0.5) * self._pooled - 0.5))
-        self._parts = connected_components(self._graph(np.ones(int(self._usable.sum()))))[1]
         _, (self._near_row, self._near_column) = ndimage.distance_transform_edt(
             ~self._usable, return_indices=True) if self._usable.any() else (None, (rows, columns))
         self._nearest_number = self._number[self._near_row, self._near_column]
@@ -214,6 +220,11 @@ class DrivableFloor:
         row, column = min(max(round(row), 0), rows - 1), min(max(round(column), 0), columns - 1)
         return int(self._nearest_number[row, column])
 
+    @functools.cached_property
+    def _parts(self) -> Array:
+        """For each square that may be used, the number of the part of the floor that it belongs to."""
+        return connected_components(self._graph(np.ones(int(self._usable.sum()))), directed=False)[1]
+
     def _part(self, place: Point) -> int:
         return int(self._parts[self.node(place)])
 
@@ -244,7 +255,7 @@ class DrivableFloor:
     def _graph(self, costs: Array) -> Any:
         """Return the graph of the squares that may be used, with the cost of a metre in each."""
         net = self._net
-        return csr_matrix((net.weights(costs, slice(None)), net.end, net.row_starts), shape=(len(costs), len(costs)))
+        return net.matrix(net.weights(costs, slice(None)))
 
     def _searched(self, squares: Array, costs: Array, plan: "RoutePlan", fixed: Array, most: float) -> Tuple[
             Array, Array]:
@@ -353,19 +364,16 @@ def _most_of_squares(clearance: Array, pooled: int) -> Array:
     return padded.reshape(rows, pooled, columns, pooled).max(axis=(1, 3))
 
 
-def _net(number: Array, side: float) -> _Net:
-    """Return the graph of squares with a number from 0 on; -1 marks the others."""
-    starts, ends, lengths = [], [], []
+def net_of(number: Array, side: float, steps: List[Tuple[int, int]] = _STEPS) -> Net:
+    """Return the graph of squares with a number from 0 on, row by row; -1 marks the others."""
+    row, column = np.nonzero(number >= 0)
     rows, columns = number.shape
-    for up, right in _STEPS:
-        here = number[max(0, -up):rows - max(0, up), max(0, -right):columns - max(0, right)]
-        there = number[max(0, up):rows - max(0, -up), max(0, right):columns - max(0, -right)]
-        both = (here >= 0) & (there >= 0)
-        starts.append(here[both])
-        ends.append(there[both])
-        lengths.append(np.full(int(both.sum()), side * math.hypot(up, right)))
-    start = np.concatenate(starts)
-    order = np.argsort(start, kind="stable")
-    count = int((number >= 0).sum())
-    row_starts = np.concatenate(([0], np.cumsum(np.bincount(start, minlength=count)))).astype(np.int32)
-    return _Net(start[order], np.concatenate(ends)[order].astype(np.int32), np.concatenate(lengths)[order], row_starts)
+    framed = np.full((rows + 4, columns + 4), -1, dtype=np.int32)
+    framed[2:-2, 2:-2] = number
+    up, right = np.array(steps).T
+    places = ((row + 2) * (columns + 4) + column + 2)[:, None] + up * (columns + 4) + right
+    ends = framed.ravel()[places]
+    there = ends >= 0
+    start, step = np.nonzero(there)
+    row_starts = np.concatenate(([0], np.cumsum(there.sum(axis=1)))).astype(np.int32)
+    return Net(start, ends[there], (side * np.hypot(up, right))[step], row_starts)

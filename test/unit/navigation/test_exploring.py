@@ -7,7 +7,7 @@ import pytest
 
 from pioneer_control.floor_poses import Pose
 from pioneer_control.maps import FREE, OCCUPIED, UNKNOWN, GridMap
-from pioneer_control.navigation.exploring import Explorer, next_goal
+from pioneer_control.navigation.exploring import Explorer, next_goal, with_driven_floor
 
 HERE = Pose(1.0, 1.0, 0.0)
 RADIUS = 0.25
@@ -186,6 +186,33 @@ def test_an_end_that_is_known_and_unknown_in_turn_is_left_alone_at_last():
         explorer.next(floor((0.5, 1.5)), HERE, 30.0)
         goals += 1
     assert explorer.homeward and 3 <= goals < 20
+
+
+def test_a_gap_that_is_rather_narrow_is_tried_when_nothing_else_is_left():
+    explorer = Explorer(Pose(2.0, 1.0, 0.5), 0.32, narrow=0.28)
+    gap = floor((0.6, 1.4))
+    for _ in range(3):
+        explorer.next(gap, HERE, 10.0)
+    assert next_goal(gap, HERE, 0.32).pose is None
+    assert explorer.next(gap, HERE, 10.0).end is not None and not explorer.homeward
+    wide = Explorer(Pose(2.0, 1.0, 0.5), 0.32)
+    for _ in range(4):
+        wide.next(gap, HERE, 10.0)
+    assert wide.homeward
+
+
+def test_what_the_robot_drove_over_is_free():
+    """A wall that is drawn across its path belongs elsewhere."""
+    found = floor()
+    found.cells[:, 40] = OCCUPIED
+    path = np.stack((np.linspace(1.0, 3.0, 41), np.full(41, 1.0)), axis=1)
+    driven = with_driven_floor(found, path, RADIUS)
+    x, y = np.full(21, 2.02), np.linspace(0.5, 1.5, 21)
+    assert (driven.at(x, y)[np.abs(y - 1.0) < RADIUS - 0.05] == FREE).all()
+    assert (driven.at(x, y)[np.abs(y - 1.0) > RADIUS + 0.05] == OCCUPIED).all()
+    assert found.at(2.02, 1.0) == OCCUPIED, "the map itself stays"
+    assert next_goal(driven, HERE, RADIUS - 0.06).pose is None
+    assert (with_driven_floor(found, path + 50.0, RADIUS).cells == found.cells).all()
 
 
 def test_first_it_looks_round():

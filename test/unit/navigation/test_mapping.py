@@ -185,3 +185,18 @@ def test_the_grid_grows_without_moving_what_it_has():
     after = filled(grid, (-30.0, 25.0, 0.0, 1.5), times=20)
     assert after.at(1.51, 0.01) == before.at(1.51, 0.01) == OCCUPIED
     assert after.at(-28.49, 25.01) == OCCUPIED
+
+
+def test_its_path_ends_where_it_is_and_follows_the_corrections():
+    sensings, truth = rounds(veer=0.03, count=1)
+    mapper = Mapper(SONAR, pose=truth[0])
+    assert len(mapper.path()) == 1
+    own = [mapper.update(sensing) for sensing in sensings]
+    path = mapper.path()
+    assert tuple(path[-1]) == pytest.approx(tuple(mapper.pose), abs=1e-6)
+    assert path[0] == pytest.approx(truth[0])
+
+    def off(poses):
+        """How far (m) they are from the truth; a packet on the border of two stretches is in both."""
+        return max(min(math.hypot(x - each.x, y - each.y) for each in truth) for x, y, _ in poses)
+    assert off(path) <= off(own)

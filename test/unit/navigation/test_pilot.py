@@ -2,17 +2,21 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from pioneer_control import p2os
 from pioneer_control.client.odometry import Odometry
 from pioneer_control.errors import RefusedError
 from pioneer_control.floor_poses import Pose
+from pioneer_control.maps import FREE, UNKNOWN
 from pioneer_control.navigation.chassis import Chassis
+from pioneer_control.navigation.exploring import Explorer
 from pioneer_control.navigation.firings import timed
 from pioneer_control.navigation.map_files import floor_map_of
-from pioneer_control.navigation.navigator import Readiness, State
-from pioneer_control.navigation.pilot import Pilot
+from pioneer_control.navigation.navigator import Navigator, Readiness, State
+from pioneer_control.navigation.pilot import OwnMap, Pilot
+from pioneer_control.navigation.tuned import NavigationNumbers
 from pioneer_control.navigation.values import Sensing
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.firmware import Firmware
@@ -156,3 +160,32 @@ def test_exploring_ends_when_somebody_wants_it_and_a_known_map_needs_none(drive)
         own.pilot.start_at(Pose(0.0, 0.0, 0.0))
     with pytest.raises(RefusedError):
         own.pilot.start_anywhere()
+
+
+def test_on_its_own_map_the_robot_may_go_wherever_it_has_been():
+    own = OwnMap(Chassis(MODEL.sonar, MODEL.outline(False), 0.4, 1.0), NavigationNumbers(), Pose(1.0, 2.0, 0.0))
+    for number in range(31):
+        own.sense(Sensing(0.1 * number, Pose(0.1 * number, 0.0, 0.0), ()))
+    assert own.grid.at(2.5, 2.0) == UNKNOWN
+    x = np.linspace(3.1, 4.0, 19)
+    assert (own.drivable.at(x, 2.0 + 0.2) == FREE).all()
+    assert (own.drivable.at(x, 2.0 + 0.5) == UNKNOWN).all()
+
+
+def test_while_it_explores_no_packet_has_to_do_all_at_once(monkeypatch):
+    """A new map, the plan on it, and the choice of the next goal have packets of their own, with rare exceptions."""
+    did, seen, together = [], set(), 0
+    for owner, name in ((Navigator, "use_map"), (Navigator, "_plan_anew"), (Explorer, "next")):
+        def noted(*arguments, _call=getattr(owner, name), _name=name, **more):
+            did.append(_name)
+            return _call(*arguments, **more)
+        monkeypatch.setattr(owner, name, noted)
+    drive = Drive(with_map=False, walls=SMALL_ROOM)
+    drive.step()
+    drive.pilot.explore(True)
+    for _ in range(300):
+        did.clear()
+        drive.step()
+        together += len(did) > 1
+        seen.update(did)
+    assert seen == {"use_map", "_plan_anew", "next"} and together <= 3
