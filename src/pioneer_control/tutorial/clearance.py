@@ -53,6 +53,12 @@ class Outline:
         """Return how far each point (x, y) lies outside each edge [m]: one row for each edge, negative inside."""
         return np.outer(self._normals[:, 0], x) + np.outer(self._normals[:, 1], y) - self._offsets[:, np.newaxis]
 
+    def way_out(self, x: float, y: float, cosine: float, sine: float) -> float:
+        """Return the distance [m] from a point (x, y) inside the outline to the outline, along a direction."""
+        towards = self._normals @ (cosine, sine)
+        inside = self._offsets - self._normals @ (x, y)
+        return max(0.0, float((inside[towards > PARALLEL] / towards[towards > PARALLEL]).min()))
+
     def straight(self, points: Iterable[Point], margin: float, limit: float, direction: int = 1) -> float:
         """Return how far the robot can drive straight before it touches a point [m], at most `limit`.
 

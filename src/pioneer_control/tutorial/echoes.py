@@ -3,6 +3,8 @@
 The robot needs this memory because there are gaps between the cones of the sonars, and because a sonar measures nothing
 nearer than 0.10 m.
 
+An echo at the shortest range may come from anything nearer, so we place it at the outline of the robot.
+
 We place an echo on the axis of its cone. If it filled the whole arc of the cone, open corridors would seem closed.
 """
 
@@ -74,8 +76,8 @@ def remember(echoes: Tuple[Echo, ...], snapshot: Snapshot, turning: bool) -> Tup
                 and not _refuted(x, y, far, refuting)):
             kept[round(echo.x / CELL), round(echo.y / CELL)] = echo
             around.append((x, y))
-    for bx, by, ahead, aside, heard in beams:
-        distance = max(heard, NEAREST)
+    for (bx, by, ahead, aside, heard), covered in zip(beams, snapshot.robot.covered):
+        distance = heard if heard > NEAREST else min(NEAREST, covered) if heard else NEAREST
         x, y = bx + distance * ahead, by + distance * aside
         around.append((x, y))
         if 0 < heard < NEAR:

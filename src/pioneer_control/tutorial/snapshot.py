@@ -59,6 +59,7 @@ class RobotShape:
         outline: the outline of the whole robot.
         sonar_count: the length of a list of ranges whose index is the transducer number.
         axes: the direction of each transducer as (cosine, sine) of its heading, in the order of `transducers`.
+        covered: how far each transducer looks over the body, in the order of `transducers`: to the outline [m].
         front: the front transducers from left to right: sonars 1 to 6 of the tutorial on a robot with a full array.
         middle: the numbers of the two front transducers that point most straight ahead (sonars 3 and 4 of the
             tutorial), and of others with the same angle.
@@ -77,6 +78,8 @@ class RobotShape:
         self.outline = Outline(footprint)
         self.sonar_count = 1 + max((each.number for each in self.transducers), default=-1)
         self.axes = tuple((math.cos(each.heading), math.sin(each.heading)) for each in self.transducers)
+        self.covered = tuple(
+            self.outline.way_out(each.x, each.y, *axis) for each, axis in zip(self.transducers, self.axes))
         self.front = tuple(sorted(
             (each for each in self.transducers if abs(each.heading) < FRONT), key=lambda each: -each.heading))
         aside = sorted(abs(each.heading) for each in self.front)

@@ -257,7 +257,8 @@ def _drive(view: View, memory: Memory) -> Tuple[Move, Memory]:
     memory = replace(
         memory, going=Going.DRIVING, best=None, goal=None, backed=False, avoided=None,
         room=Room.TO_TURN_ROUND if view.circle > _braking(memory.speed) else memory.room)
-    return Move(linear, _steer(view, memory.speed), "driving: %.1f m clear ahead" % min(view.ahead, view.middle)), memory
+    reason = "driving: %.1f m clear ahead" % min(view.ahead, view.middle)
+    return Move(linear, _steer(view, memory.speed), reason), memory
 
 
 def _steer(view: View, speed: float) -> float:

@@ -43,6 +43,15 @@ def test_a_sonar_that_was_not_heard_is_an_obstacle_now_but_is_not_remembered():
     assert (LEFT.x, round(LEFT.y + NEAREST, 3)) in around
 
 
+@pytest.mark.parametrize("heard", [0.05, NEAREST])
+def test_what_is_heard_at_the_shortest_range_may_be_nearer_and_lies_at_the_outline(heard):
+    small = shape("amigo-sh")
+    left = next(each for each in small.transducers if each.number == 0)
+    kept, around = remember((), snapshot({0: heard}, small), False)
+    assert (left.x, pytest.approx(small.outline.half_width)) in around
+    assert [(echo.x, echo.y) for echo in kept] == [(left.x, pytest.approx(small.outline.half_width))]
+
+
 def test_many_echoes_of_one_thing_are_one():
     kept = ()
     for step in range(20):
@@ -63,8 +72,10 @@ def test_it_fades_with_distance(distance, remembered):
     assert (echo in take({}, [echo], everything_else=0.2)[0]) is remembered
 
 
-@pytest.mark.parametrize("heard, refuted", [(5.0, True), (0.42, True), (0.40, False), (0.2, False)])
+@pytest.mark.parametrize("heard, refuted", [
+    (5.0, False), (4.8, True), (0.42, True), (0.40, False), (0.2, False)])
 def test_a_sonar_that_looks_there_and_hears_farther_refutes_it(heard, refuted):
+    """5.0 m means that no echo came back. A slanting wall may have lost it."""
     echo = Echo(LEFT.x, LEFT.y + 0.36, 99.0)
     assert (echo not in take({0: heard}, [echo], everything_else=0.2)[0]) is refuted
 
@@ -74,5 +85,5 @@ def test_a_sonar_that_looks_there_and_hears_farther_refutes_it(heard, refuted):
 def test_only_near_its_axis_and_nearer_still_while_the_robot_turns(degrees, turning, refuted):
     angle = LEFT.heading + math.radians(degrees)
     echo = Echo(LEFT.x + 0.4 * math.cos(angle), LEFT.y + 0.4 * math.sin(angle), 99.0)
-    kept, _ = take({0: 5.0}, [echo], turning=turning, everything_else=0.2)
+    kept, _ = take({0: 3.0}, [echo], turning=turning, everything_else=0.2)
     assert (echo not in kept) is refuted

@@ -412,3 +412,8 @@ def test_a_robot_with_a_gap_straight_ahead_weaves():
 def test_it_keeps_away_from_the_nearer_side():
     assert decide({0: 0.3}, DRIVING)[0].angular < 0
     assert decide({7: 0.3}, DRIVING)[0].angular > 0
+
+
+def test_the_curve_away_from_the_nearer_side_is_as_sharp_at_any_speed():
+    slow, fast = (decide({0: 0.3}, replace(DRIVING, speed=speed))[0] for speed in (0.1, 0.25))
+    assert fast.angular / 0.25 == pytest.approx(slow.angular / 0.1)
