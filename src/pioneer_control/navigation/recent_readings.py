@@ -4,7 +4,7 @@ from typing import Any, List, Sequence, Tuple
 
 import numpy as np
 
-from ..floor_poses import Pose, relative
+from ..floor_poses import Pose, compose, relative
 from ..robots import Transducer
 from .measurement import Beams
 from .values import Scan, Sensing
@@ -72,7 +72,7 @@ class FiringPoses:
     """
 
     def __init__(self, transducers: Sequence[Transducer]):
-        self._mounts = {each.number: (each.x, each.y, each.heading) for each in transducers}
+        self._mounts = {each.number: Pose(each.x, each.y, each.heading) for each in transducers}
         self._past: List[Tuple[float, Pose]] = []
 
     def beams(self, sensing: Sensing, number_of: Any) -> Beams:
@@ -84,14 +84,22 @@ class FiringPoses:
         """
         self._past = self._past[-3:] + [(sensing.time, sensing.odometry)]
         firings = [each for each in sensing.firings if each.number in self._mounts]
-        fired = [each.time for each in firings]
-        past = np.array([(time, *relative(sensing.odometry, pose)) for time, pose in self._past])
-        robot_x, robot_y, turned = (np.interp(fired, past[:, 0], column) for column in past.T[1:])
-        x, y, heading = np.array([self._mounts[each.number] for each in firings], dtype=float).reshape(-1, 3).T
-        cosine, sine = np.cos(turned), np.sin(turned)
-        return Beams(robot_x + cosine * x - sine * y, robot_y + sine * x + cosine * y, turned + heading,
-                     number_of([each.range for each in firings]),
+        robot = {time: relative(sensing.odometry, self._at(time)) for time in {each.time for each in firings}}
+        placed = [compose(robot[each.time], self._mounts[each.number]) for each in firings]
+        x, y, heading = np.array(placed, dtype=float).reshape(-1, 3).T
+        return Beams(x, y, heading, number_of([each.range for each in firings]),
                      np.array([each.number for each in firings], dtype=int))
+
+    def _at(self, time: float) -> Pose:
+        """Return the odometry at a time (s), as far back as it is kept."""
+        late, after = self._past[-1]
+        for early, before in reversed(self._past[:-1]):
+            if time >= early:
+                share = min(1.0, (time - early) / (late - early)) if late > early else 1.0
+                step = relative(before, after)
+                return compose(before, Pose(step.x * share, step.y * share, step.heading * share))
+            late, after = early, before
+        return after
 
 
 def scan_beams(scan: Scan, number_of: Any) -> Beams:
