@@ -79,12 +79,12 @@ class Certainty:
         self._trusted_way = self._blind_way = 0.0
         self._unique = 0
 
-    def place(self, trusted: bool) -> None:
-        """From now on some place is likely. If `trusted`, a person said so."""
+    def place(self, trusted: bool, alone: bool = False) -> None:
+        """From now on some place is likely. `trusted`: a person said so. `alone`: a search found none like it."""
         self._placed, self._low = True, 0.0
         self.explained = self._usual
         self._trusted_way = self._tuned.proven_way if trusted else 0.0
-        self._unique = self._tuned.sure_searches if trusted else 0
+        self._unique = self._tuned.sure_searches if trusted else int(alone)
         self.reason = self.reason or UNKNOWN + "I have just found a place where I may be, and drive on to be sure"
 
     def accepts(self, explained: Array) -> bool:

@@ -223,6 +223,6 @@ class Localisation:
         self._known = True
         logs = others.scores * others.readings * self._tuned.weight
         self._cloud.put(others.poses, logs, 0.06, 0.05, self._tuned.particles_searching)
-        self._certainty.place(trusted=False)
         rivals = [not same_place(pose, others.poses[0]) for pose in others.poses]
-        self._certainty.compare(others.scores[0] - others.scores[rivals].max(initial=-np.inf))
+        better = others.scores[0] - others.scores[rivals].max(initial=-np.inf)
+        self._certainty.place(trusted=False, alone=bool(better > self._tuned.margin))

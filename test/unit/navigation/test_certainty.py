@@ -99,6 +99,17 @@ def test_a_place_that_was_just_found_must_prove_itself_on_a_way_and_be_unlike_ot
     assert not certainty.sure
 
 
+@pytest.mark.parametrize("alone", [True, False])
+def test_the_search_that_finds_a_place_and_none_like_it_counts(alone):
+    certainty = Certainty(TUNED)
+    certainty.place(trusted=False, alone=alone)
+    hear(certainty, 1.0, way=TUNED.sure_way + 0.1)
+    for _ in range(TUNED.sure_searches - 1):
+        certainty.compare(TUNED.rival_margin + 0.1)
+    certainty.judge(spread())
+    assert certainty.sure == alone
+
+
 def test_a_place_that_a_long_way_has_proven_stays_sure_where_others_look_alike():
     certainty = sure()
     certainty.compare(0.0)
