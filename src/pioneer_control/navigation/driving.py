@@ -73,6 +73,9 @@ class Steering:
         cost = self._costs(pose, velocity, plan)
         cost += self._tuned.reversal_weight * ((self._linear == 0.0) & (self._angular * told.angular < 0.0))
         cost[-1] += self._tuned.impatience * max(0.0, blocked - 1.0)
+        # Slow moves to and fro lead nowhere; a faster one that costs more at first may.
+        cost += min(self._tuned.most_dawdling, self._tuned.impatience * max(0.0, blocked - self._tuned.dawdle_after)
+                    ) * np.maximum(0.0, 1.0 - np.abs(self._linear) / 0.2 - np.abs(self._angular) / 0.4)
         cost[~allowed] = np.inf
         best = int(np.argmin(cost))
         twist = Twist(float(self._linear[best]), float(self._angular[best]))

@@ -160,6 +160,9 @@ class SteeringNumbers:
     impatience: float = parameter(0.3, Number(0, 10), "what standing costs more for each second without a way", "m")
     squeeze_after: float = parameter(4.0, Number(0, 600), "time without a way after which it keeps next to no distance",
                                      "s")
+    dawdle_after: float = parameter(8.0, Number(0, 600), "time without a way after which slow moves cost more, too",
+                                    "s")
+    most_dawdling: float = parameter(0.5, Number(0, 10), "what they cost more at most, when all but standing", "m")
     arrived: float = parameter(0.035, Number(0.005, 0.5), "distance from the goal that is good enough", "m")
     arrived_heading: float = parameter(0.03, Number(0.005, 0.5), "heading off the goal's that is good enough", "rad")
     final_gain: float = parameter(2.0, Number(0.1, 5), "its speed there for each metre that is left", "1/s")

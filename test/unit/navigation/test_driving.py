@@ -65,6 +65,14 @@ def test_it_stands_when_every_way_is_blocked():
     assert choose((4.5, 2.0), what=around(ring)) == (STOP, "the way is blocked", True)
 
 
+def test_slow_moves_that_lead_nowhere_give_way_to_faster_ones():
+    """Nearly at the goal every fast move costs more, as beside the edge of a door where all that leads on is dear."""
+    here, goal = Pose(1.55, 2.05, 0.0), (1.65, 2.05)
+    assert choose(goal, here, blocked=7.9).twist == Twist(0.06, 0.0)
+    faster = choose(goal, here, blocked=12.0).twist
+    assert abs(faster.linear) > 0.1 or abs(faster.angular) > 0.4
+
+
 def test_pushed_against_a_wall_it_drives_away_from_it():
     back_to_the_wall = around(wall(-0.305))
     assert choose((4.5, 2.0), what=back_to_the_wall).twist.linear > 0.1
