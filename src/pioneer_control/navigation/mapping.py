@@ -2,13 +2,14 @@
 
 The path is cut into stretches of a metre. When one ends, it is looked for on the map that the others made
 (`scan_match`). What was found, and what odometry measured, are the measurements of a `pose_graph`; its solution moves
-all stretches, also old ones, and tells the lasting errors of the wheels. Stretches that moved are drawn anew, one a
-packet (`sonar_grid`). All are looked for again and again, in turn: the first were found on a map that was still thin,
-and this also closes loops. There is no chance in it: a map made twice of the same data is the same.
+all stretches, also old ones, and tells the lasting errors of the wheels. Stretches that moved are drawn anew
+(`sonar_grid`). All are looked for again and again, in turn: the first were found on a map that was still thin, and this
+also closes loops. The work is done a costly step at each packet, so that none takes long. There is no chance in it: a
+map made twice of the same data is the same.
 """
 
 import math
-from typing import Any, List, Optional, Sequence
+from typing import Any, Iterator, List, Optional, Sequence
 
 import numpy as np
 
@@ -71,7 +72,9 @@ class Mapper:
         self._drawn: List[_Drawn] = []
         self._odometry: Optional[Pose] = None
         self._way = self._turned = 0.0
-        self._packets = self._next = 0
+        self._next = 0
+        self._ended: List[int] = []
+        self._work = self._worker()
 
     def update(self, sensing: Sensing) -> Pose:
         """Go on with one packet, and return the pose (map frame) at its time."""
@@ -83,12 +86,12 @@ class Mapper:
         present = self._drawn[-1]
         stretch, numbers = present.stretch, self._numbers
         stretch.add(before, sensing, self._way + stretch.way, self._turned + stretch.turned)
-        if stretch.heard_count - present.count >= numbers.batch:
+        # Where a stretch lies is not known until the one before it was found.
+        if stretch.heard_count - present.count >= numbers.batch and not self._ended:
             self._draw_on()
         if stretch.way + numbers.turn_counts * stretch.turned > numbers.stretch:
             self._end_stretch(sensing.time)
-        else:
-            self._redraw_one()
+        next(self._work)
         last = len(self._drawn) - 1
         self.pose = compose(self._graph.pose(last), self._drawn[last].stretch.end(self._graph.bias))
         return self.pose
@@ -118,14 +121,13 @@ class Mapper:
         return grid.grid_map(self.pose.x, self.pose.y, _MARGIN)
 
     def finish(self) -> None:
-        """Look for all stretches again, and draw them, with all that is known now. This takes some seconds for a long
-        way; the map gets better.
-        """
-        for _ in range(self._numbers.polish):
-            for number in range(len(self._drawn) - 1):
-                self._look_again(number)
+        """Look for the stretches that ended last, and draw all where they are known to lie now."""
+        for number in self._ended:
+            for _ in self._look(number, 1.0):
+                pass
         for number in range(len(self._drawn)):
             self._redraw(number)
+        self._ended, self._work = [], self._worker()
 
     def _draw_on(self) -> None:
         """Draw what the present stretch has heard and was not yet drawn."""
@@ -143,21 +145,45 @@ class Mapper:
         return [self._grid.votes(present.stretch.beams(self._graph.bias, present.count).moved(*present.pose))]
 
     def _end_stretch(self, time: float) -> None:
-        """Find the present stretch on the map, correct all, and begin the next one."""
+        """End the present stretch, and begin the next one. The one that ended will be looked for on the map."""
         number = len(self._drawn) - 1
-        present = self._drawn[number]
-        self._erase(number)
-        self._find(number, 1.0)
-        self._redraw(number)
-        begin = self._graph.pose(number)
-        stretch, bias = present.stretch, self._graph.bias
+        stretch = self._drawn[number].stretch
         self._way += stretch.way
         self._turned += stretch.turned
-        self._graph.add_node(compose(begin, stretch.end(bias)))
+        self._graph.add_node(compose(self._graph.pose(number), stretch.end(self._graph.bias)))
         self._graph.add(self._by_odometry(number))
-        following = _Drawn(Stretch(time, self._ears))
-        following.pose = self._graph.pose(number + 1)
-        self._drawn.append(following)
+        self._drawn.append(_Drawn(Stretch(time, self._ears)))
+        self._drawn[-1].pose = self._graph.pose(number + 1)
+        self._ended.append(number)
+
+    def _worker(self) -> Iterator[None]:
+        """Correct the map without end, a costly step at each packet.
+
+        Stretches that ended come first; then those that moved since they were drawn, the farthest one first; then each
+        in turn is looked for again: all that was drawn meanwhile tells better where it lies.
+        """
+        while True:
+            worst = self._moved()
+            if self._ended:
+                yield from self._look(self._ended[0], 1.0)
+                self._ended.pop(0)
+                self._drawn[-1].pose = self._graph.pose(len(self._drawn) - 1)
+            elif worst is not None:
+                self._redraw(worst)
+                yield
+            elif len(self._drawn) > 1:
+                self._next = (self._next + 1) % (len(self._drawn) - 1)
+                yield from self._look(self._next, self._numbers.again)
+            else:
+                yield
+
+    def _moved(self) -> Optional[int]:
+        """Return the number of the stretch that moved most since it was drawn, if it moved far enough."""
+        off = np.abs(self._graph.poses - np.array([each.pose for each in self._drawn]))
+        off[:, 2] = np.abs(np.remainder(off[:, 2] + np.pi, 2.0 * np.pi) - np.pi)
+        moved = np.hypot(off[:, 0], off[:, 1]) / self._numbers.redrawn + off[:, 2] / self._numbers.redrawn_turn
+        worst = int(moved.argmax())
+        return worst if moved[worst] > 1.0 else None
 
     def _by_odometry(self, number: int) -> Between:
         """Return what odometry measured from the begin of a stretch to its end."""
@@ -177,28 +203,30 @@ class Mapper:
         return Between(number, number + 1, Pose(*plain), np.diag((1.0 / along, 1.0 / aside, 1.0 / turn)),
                        np.array(columns).T, False)
 
-    def _find(self, number: int, share: float) -> None:
-        """Find a stretch, which is not drawn, on the map, and let the graph know.
+    def _look(self, number: int, share: float) -> Iterator[None]:
+        """Find a stretch on what the others drew, let the graph know, and draw it there: a costly step at a time.
 
         Args:
             number: of the stretch.
-            share: of the windows in which it is looked for first. When it is at the edge, one twice as wide follows.
+            share: of the window in which it is looked for. When it is found at the edge, it is looked for again in the
+                whole window round that place: it may be farther away.
         """
         numbers = self._numbers
-        if not self._corrects or not self._drawn[number].stretch.heard_count:
-            return
-        pose = self._graph.pose(number)
         beams = self._readings(number)
-        if len(beams.x) < numbers.least_count:
-            return
-        reach, turn = share * numbers.window, share * numbers.window_turn
-        found = self._match(beams, pose, reach, turn)
-        if found and _at_edge(pose, found.pose, reach, turn):
-            found = self._match(beams, pose, 2.0 * reach, 2.0 * turn) or found
-        if found:
-            self._graph.untie(number)
-            self._tie(number, found)
-            self._graph.solve()
+        if self._corrects and len(beams.x) >= numbers.least_count:
+            pose, reach, turn = self._graph.pose(number), share * numbers.window, share * numbers.window_turn
+            found = self._match(number, beams, pose, reach, turn)
+            yield
+            if found and _at_edge(pose, found.pose, reach, turn):
+                found = self._match(number, beams, found.pose, numbers.window, numbers.window_turn) or found
+                yield
+            if found:
+                self._graph.untie(number)
+                self._tie(number, found)
+                self._graph.solve()
+                yield
+        self._redraw(number)
+        yield
 
     def _readings(self, number: int) -> SonarBeams:
         """Return the echoes by which a stretch is found, relative to its begin."""
@@ -207,12 +235,12 @@ class Mapper:
         index = index[::max(1, math.ceil(len(index) / self._numbers.most_readings))]
         return SonarBeams(*(each[index] for each in beams))
 
-    def _match(self, beams: SonarBeams, pose: Pose, reach: float, turn: float) -> Optional[Match]:
-        """Look for readings near a pose on the map; None where too little is known."""
+    def _match(self, number: int, beams: SonarBeams, pose: Pose, reach: float, turn: float) -> Optional[Match]:
+        """Look for the readings of a stretch near a pose on what the others drew; None where too little is known."""
         margin = reach + self._match_numbers.reach + 0.3
         at = beams.moved(*pose)
         odds, row, column = self._grid.window((at.x.min() - margin, at.y.min() - margin),
-                                              (at.x.max() + margin, at.y.max() + margin))
+                                              (at.x.max() + margin, at.y.max() + margin), self._drawn[number].votes)
         walls = wall_points(odds, row, column, self._grid.numbers.resolution, self._match_numbers.wall)
         found = match(walls, beams, pose, reach, turn, self._match_numbers) if len(walls) else None
         numbers = self._numbers
@@ -262,28 +290,6 @@ class Mapper:
             votes = self._grid.votes(drawn.stretch.beams(self._graph.bias).moved(*drawn.pose))
             self._grid.add(votes)
             drawn.votes = [votes]
-
-    def _redraw_one(self) -> None:
-        """Draw a stretch anew: the one that has moved most since it was drawn, if one moved far enough. Otherwise now
-        and then the next in turn is looked for again: all that was drawn meanwhile tells better where it lies.
-        """
-        self._packets += 1
-        last = np.array([each.pose for each in self._drawn])
-        off = np.abs(self._graph.poses - last)
-        off[:, 2] = np.abs(np.remainder(off[:, 2] + np.pi, 2.0 * np.pi) - np.pi)
-        moved = np.hypot(off[:, 0], off[:, 1]) / self._numbers.redrawn + off[:, 2] / self._numbers.redrawn_turn
-        worst = int(moved.argmax())
-        if moved[worst] > 1.0:
-            self._redraw(worst)
-        elif self._packets % self._numbers.every == 0 and len(self._drawn) > 1:
-            self._next = (self._next + 1) % (len(self._drawn) - 1)
-            self._look_again(self._next)
-
-    def _look_again(self, number: int) -> None:
-        """Find a stretch again on what the others drew, and draw it there."""
-        self._erase(number)
-        self._find(number, self._numbers.again)
-        self._redraw(number)
 
 
 def _at_edge(guess: Pose, pose: Pose, reach: float, turn: float) -> bool:

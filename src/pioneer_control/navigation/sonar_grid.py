@@ -10,7 +10,7 @@ bounces away, and the sonar then hears too far.
 
 import copy
 import math
-from typing import Any, NamedTuple, Tuple
+from typing import Any, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
@@ -91,26 +91,29 @@ class SonarGrid:
 
         silent = ~np.isfinite(beams.range)
         direction = beams.heading[:, None] + self._angles
-        cosine, sine = np.cos(direction), np.sin(direction)
-        # free: points (beams, columns, distances), up to the echo or to a wall
+        cosine, sine = (each(direction).astype(np.float32) for each in (np.cos, np.sin))
+        at_x, at_y = ((at / step - first).astype(np.float32) for at, first in zip((beams.x, beams.y), low))
+        odds = np.ascontiguousarray(window).ravel()
+        # free: points (beams, columns, distances), up to the echo or to the first sure wall
         until = np.where(silent, numbers.reach_of_silence, beams.range - numbers.short_of)
         used = self._distances[self._distances < max(until.max(), step)]
-        column = np.floor((beams.x[:, None, None] + cosine[:, :, None] * used) / step).astype(np.int32) - low[0]
-        row = np.floor((beams.y[:, None, None] + sine[:, :, None] * used) / step).astype(np.int32) - low[1]
+        away = (used / step).astype(np.float32)
+        column = (at_x[:, None, None] + cosine[:, :, None] * away).astype(np.int32)
+        row = (at_y[:, None, None] + sine[:, :, None] * away).astype(np.int32)
         cell = row * shape[1] + column
-        odds = np.ascontiguousarray(window).ravel()
-        # Behind the first sure wall: two cells of grace, since the wall itself is one or two cells thick.
-        hidden = np.maximum.accumulate(odds[cell] > numbers.hides, axis=2)
-        weight = np.where(hidden | (used > until[:, None, None]), np.float32(0.0), self._free[:, :len(used)])
-        weight *= np.where(silent, numbers.silent, 1.0).astype(np.float32)[:, None, None]
+        hides = (odds > numbers.hides)[cell]
+        hidden = np.where(hides.any(axis=2), hides.argmax(axis=2), len(used))
+        ends = np.minimum(np.searchsorted(used, until, side="right")[:, None], hidden)
+        counts = np.arange(len(used)) < ends[:, :, None]
+        weight = self._free[:, :len(used)] * np.where(silent, numbers.silent, 1.0).astype(np.float32)[:, None, None]
         count = shape[0] * shape[1]
-        free = np.bincount(cell.ravel(), weight.ravel(), count)
+        free = np.bincount(cell[counts], weight[counts], count)
 
         # occupied: points (beams, columns) on the arc, in proportion to their odds
         heard = ~silent & (beams.range < numbers.reach)
-        distance = np.where(heard, beams.range, step)[:, None]
-        column = np.floor((beams.x[:, None] + cosine * distance) / step).astype(np.int32) - low[0]
-        row = np.floor((beams.y[:, None] + sine * distance) / step).astype(np.int32) - low[1]
+        distance = np.where(heard, beams.range / step, 1.0)[:, None]
+        column = (at_x[:, None] + cosine * distance).astype(np.int32)
+        row = (at_y[:, None] + sine * distance).astype(np.int32)
         cell = row * shape[1] + column
         share = np.exp(np.clip(odds[cell], -numbers.certain, numbers.certain))
         share *= (numbers.occupied * heard / share.sum(axis=1))[:, None]
@@ -132,19 +135,30 @@ class SonarGrid:
         other._odds, other._seen = self._odds.copy(), self._seen.copy()
         return other
 
-    def window(self, low: Tuple[float, float], high: Tuple[float, float]) -> Tuple[Array, int, int]:
+    def window(self, low: Tuple[float, float], high: Tuple[float, float],
+               without: Sequence[Votes] = ()) -> Tuple[Array, int, int]:
         """Return the log-odds of a part of the map, with its first row and column (of the whole lattice).
 
         Args:
             low: smallest x and y (m).
             high: largest x and y (m).
+            without: votes that are taken out.
         """
         step = self.numbers.resolution
         column, row = _cell(low[0], step), _cell(low[1], step)
         end_column, end_row = _cell(high[0], step) + 1, _cell(high[1], step) + 1
         self._grow(row, column, end_row, end_column)
-        return (self._odds[row - self._row:end_row - self._row,
-                           column - self._column:end_column - self._column].copy(), row, column)
+        odds = self._odds[row - self._row:end_row - self._row, column - self._column:end_column - self._column].copy()
+        for votes in without:
+            rows, columns = votes.free.shape
+            first_row, first_column = max(row, votes.row), max(column, votes.column)
+            last_row, last_column = min(end_row, votes.row + rows), min(end_column, votes.column + columns)
+            if first_row < last_row and first_column < last_column:
+                theirs = np.s_[first_row - votes.row:last_row - votes.row,
+                               first_column - votes.column:last_column - votes.column]
+                odds[first_row - row:last_row - row, first_column - column:last_column - column] -= (
+                    votes.occupied[theirs] - votes.free[theirs])
+        return odds, row, column
 
     def grid_map(self, x: float = 0.0, y: float = 0.0, margin: float = 0.0) -> GridMap:
         """Return the map as it is now, as large as what was seen and a point (m), with a margin (m) all round."""

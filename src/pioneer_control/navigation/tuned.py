@@ -235,13 +235,12 @@ class MapperNumbers:
     stretch: float = parameter(1.0, Number(0.3, 5.0), "length of a stretch of path", "m")
     turn_counts: float = parameter(0.4, Number(0.0, 2.0), "a turn of 1 rad counts as this much path", "m")
     batch: int = parameter(20, Whole(1, 500), "firings that are drawn together")
-    window: float = parameter(0.2, Number(0.05, 1.0), "how far a stretch is looked for first", "m")
+    window: float = parameter(0.2, Number(0.05, 1.0), "how far a stretch is looked for", "m")
     window_turn: float = parameter(0.104, Number(0.01, 0.5), "the same for its heading", "rad")
-    again: float = parameter(0.5, Number(0.1, 1.0), "share of these windows when it is looked for again")
+    again: float = parameter(0.5, Number(0.1, 1.0), "share of this window when it is looked for again")
     least_count: int = parameter(12, Whole(3, 200), "readings that must say something")
     least_fit: float = parameter(0.7, Number(0.1, 1.0), "share of them that must fit")
     most_readings: int = parameter(80, Whole(10, 1000), "readings that are used to find a stretch")
-    polish: int = parameter(2, Whole(0, 10), "so often all stretches are looked for again when a map is finished")
     contributors: int = parameter(5, Whole(1, 10), "older stretches to which one is tied")
     slack: float = parameter(0.02, Number(0.001, 0.2), "added to the deviation of a found pose", "m")
     slack_turn: float = parameter(0.012, Number(0.001, 0.2), "the same for its heading", "rad")
@@ -254,7 +253,6 @@ class MapperNumbers:
     doubt: float = parameter(3.0, Number(0.5, 20.0), "a found pose that is off by so many deviations counts half")
     redrawn: float = parameter(0.01, Number(0.001, 0.2), "a stretch that moved so far is drawn anew", "m")
     redrawn_turn: float = parameter(0.006, Number(0.0005, 0.1), "the same for its heading", "rad")
-    every: int = parameter(5, Whole(1, 1000), "packets, until the next stretch is drawn anew without a reason")
 
 
 @dataclass(frozen=True)

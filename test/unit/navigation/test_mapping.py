@@ -134,6 +134,30 @@ def cells_of(grid_map):
     return grid_map.middle(rows.ravel(), columns.ravel())
 
 
+def test_a_packet_has_one_costly_step_at_most(monkeypatch):
+    """Finding a stretch, solving the graph and drawing a stretch anew all at once would hold up who drives."""
+    sensings, truth = rounds(0.02, 1)
+    mapper, steps = Mapper(SONAR, pose=truth[0]), []
+    for name in ("_match", "_tie", "_redraw"):
+        before = getattr(mapper, name)
+        monkeypatch.setattr(mapper, name, lambda *args, name=name, before=before: steps.append(name) or before(*args))
+    done = set()
+    for sensing in sensings:
+        steps.clear()
+        mapper.update(sensing)
+        assert len(steps) <= 1
+        done.update(steps)
+    assert done == {"_match", "_tie", "_redraw"}
+
+
+def test_a_map_is_made_also_where_nothing_is_heard():
+    mapper = Mapper(SONAR)
+    for number in range(100):
+        mapper.update(Sensing(0.1 * number, Pose(0.05 * number, 0.0, 0.0), ()))
+    mapper.finish()
+    assert mapper.pose.x == pytest.approx(0.05 * 99)
+
+
 @pytest.mark.parametrize("rate, counts", [(1.2, True), (1.8, False)])
 def test_what_is_heard_in_a_turn_on_the_spot_counts_unless_it_is_fast(rate, counts):
     """Who explores first turns once, at 1.2 rad/s at most: its heading is lost there unless it is heard meanwhile."""
@@ -177,6 +201,17 @@ def test_votes_can_be_taken_out_again():
     grid.add(votes)
     grid.add(votes, -1)
     assert (grid.grid_map().cells == UNKNOWN).all()
+
+
+def test_a_window_can_be_without_some_votes():
+    grid = SonarGrid(MapNumbers())
+    first, second = beams((0.0, 0.0, 1.0, 1.5)), beams((0.3, 0.5, 0.0, 2.0), (0.3, -4.0, 3.0, 0.8))
+    grid.add(grid.votes(first))
+    alone, *_ = grid.window((-1.0, -1.0), (2.0, 2.0))
+    votes = grid.votes(second)
+    grid.add(votes)
+    assert not np.allclose(grid.window((-1.0, -1.0), (2.0, 2.0))[0], alone)
+    assert grid.window((-1.0, -1.0), (2.0, 2.0), [votes])[0] == pytest.approx(alone, abs=1e-5)
 
 
 def test_the_grid_grows_without_moving_what_it_has():
