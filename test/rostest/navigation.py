@@ -285,11 +285,15 @@ class NavigationTest(unittest.TestCase):
              "__name:=play_1234"], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
         self.addCleanup(player.wait)
         self.addCleanup(player.kill)
-        self.witness.next("pioneer/navigation", 20)
+
+        def told():
+            return [each.msg for each in self.witness.seen["/rosout"][since:] if "from a bag" in each.msg]
+
+        wait_until("the goal is refused", told)
+        self.witness.next("pioneer/navigation", 20)     # meanwhile the player sends more
         self.assertEqual(self.witness.last("pioneer/navigation").goal, [])
         self.assertEqual(self.truth(), before)
-        told = [each for each in self.witness.seen["/rosout"][since:] if "from a bag" in each.msg]
-        self.assertEqual(len(told), 1)
+        self.assertEqual(len(told()), 1)
 
     def test_10b_a_pose_from_a_bag_is_refused(self):
         since, pose = len(self.witness.seen["/rosout"]), self.witness.next("pioneer/navigation").pose
