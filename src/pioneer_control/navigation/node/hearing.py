@@ -20,7 +20,7 @@ INFO_PATIENCE = 10.0
 STANDS = 0.3
 """Time (s) in which messages come without newer stamps, after which time stands still."""
 JUMP_QUIET = 10.0
-"""Time (s) after the log has told of a jump of time in which it tells of no other."""
+"""Time (s) after the log has told of a jump of time in which it tells only of one more than twice as long."""
 
 
 class Hearing:
@@ -39,7 +39,7 @@ class Hearing:
     def __init__(self, numbers: Iterable[int], lock: Any, on_sensed: Callable[[List[Sensing]], None]):
         self.readiness = Readiness()
         self.heard_at = self._came_at = self._ticked_at = monotonic()
-        self._time, self._newest, self._quiet_until = SteadyTime(), 0.0, 0.0
+        self._time, self._newest, self._quiet_until, self._told_jump = SteadyTime(), 0.0, 0.0, 0.0
         self._senses, self._lock, self._on_sensed = Senses(numbers), lock, on_sensed
 
     def start(self) -> None:
@@ -78,10 +78,10 @@ class Hearing:
         time = self._time.of(message.header.stamp.to_sec(), self._came_at)
         if time > self._newest + SHORTEST:
             self._newest, self._ticked_at = time, self._came_at
-        if self._time.jump and self._came_at >= self._quiet_until:
-            self._quiet_until = self._came_at + JUMP_QUIET
-            rospy.logwarn("time jumps by %.1f s in the robot's messages; navigation goes on as if it did not",
-                          self._time.jump)
+        jump = self._time.jump
+        if jump and (self._came_at >= self._quiet_until or abs(jump) > 2.0 * abs(self._told_jump)):
+            self._quiet_until, self._told_jump = self._came_at + JUMP_QUIET, jump
+            rospy.logwarn("time jumps by %.1f s in the robot's messages; navigation goes on as if it did not", jump)
         return time
 
     def _sensed(self, sensed: List[Sensing]) -> None:

@@ -1,0 +1,39 @@
+"""What navigation says of the stamps of a robot's messages, without a master."""
+
+import threading
+
+import pytest
+from rospy import Time
+from std_msgs.msg import Header
+
+from pioneer_control.msg import SonarArray
+from pioneer_control.navigation.node import hearing
+
+
+@pytest.fixture
+def told(monkeypatch):
+    """Return what the log says, after messages whose stamps (s) and times of coming (s) are given."""
+
+    def say(*messages):
+        lines, now = [], [0.0]
+        monkeypatch.setattr(hearing, "monotonic", lambda: now[0])
+        monkeypatch.setattr(hearing.rospy, "logwarn", lambda text, *values: lines.append(text % values))
+        robot = hearing.Hearing([0], threading.Lock(), lambda sensed: None)
+        for stamp, now[0] in messages:
+            robot._hear_sonar(SonarArray(header=Header(stamp=Time.from_sec(stamp)), ranges=[1.0]))
+        return [line.split(" in ")[0] for line in lines]
+
+    return say
+
+
+def test_a_jump_of_time_is_said_once_for_a_while(told):
+    assert told((100.0, 10.0), (100.1, 10.1), (90.0, 10.2), (90.1, 10.3), (80.0, 10.4)) == ["time jumps by -10.2 s"]
+    assert len(told((100.0, 10.0), (90.0, 10.1), (90.1, 20.2), (80.0, 20.3))) == 2
+
+
+def test_a_long_jump_is_said_also_just_after_a_short_one(told):
+    assert told((500.0, 10.0), (499.7, 10.1), (0.0, 10.2)) == ["time jumps by -0.4 s", "time jumps by -499.8 s"]
+
+
+def test_steady_stamps_are_no_jump(told):
+    assert told(*((100.0 + 0.1 * number, 10.0 + 0.1 * number) for number in range(20))) == []
