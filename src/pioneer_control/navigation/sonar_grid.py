@@ -96,7 +96,7 @@ class SonarGrid:
         odds = np.ascontiguousarray(window).ravel()
         # free: points (beams, columns, distances), up to the echo or to the first sure wall
         until = np.where(silent, numbers.reach_of_silence, beams.range - numbers.short_of)
-        used = self._distances[self._distances < max(until.max(), step)]
+        used = self._distances[self._distances <= max(until.max(), step)]
         away = (used / step).astype(np.float32)
         column = (at_x[:, None, None] + cosine[:, :, None] * away).astype(np.int32)
         row = (at_y[:, None, None] + sine[:, :, None] * away).astype(np.int32)

@@ -185,6 +185,13 @@ def test_an_echo_frees_its_way_and_occupies_its_arc():
     assert found.at(1.8, 0.0) == UNKNOWN
 
 
+def test_an_echo_so_near_that_it_frees_nothing_occupies_its_arc():
+    numbers = MapNumbers()
+    votes = SonarGrid(numbers).votes(beams((0.0, 0.0, 0.0, numbers.short_of + 0.5 * numbers.resolution)))
+    assert votes.free.sum() == 0.0
+    assert votes.occupied.sum() == pytest.approx(numbers.occupied, abs=1e-4)
+
+
 def test_nothing_is_freed_behind_a_wall():
     grid = SonarGrid(MapNumbers())
     for y in np.arange(-0.5, 0.5, 0.05):
