@@ -10,6 +10,8 @@ Another recorder is killed.
 
 import collections
 import glob
+import itertools
+import math
 import os
 import signal
 import subprocess
@@ -43,6 +45,8 @@ NUMBERED = "pose", "sonar", "joint_states", "battery_state", "battery", "stall",
 LATCHED = "robot_info", "recording", "e_stop", "p2os/parameter_updates"
 ONCE = "/map", "/world", "/robot1/e_stop", "/robot2/e_stop"
 """Topics that latch, on which nothing more is published during the run."""
+SHORTEST_SIP = 35
+"""Bytes of a SIP without sonar readings are more than this."""
 
 
 # The checks
@@ -71,6 +75,14 @@ def steps(places):
     their units are.
     """
     return [one != other for one, other in zip(places, places[1:])]
+
+
+def agree(recorded, sent, most_lost):
+    """Return whether the bag has the way that was sent on the line, but for so many packets at most."""
+    lost = len(sent) - len(recorded)
+    return 0 <= lost <= most_lost and any(
+        steps([place for number, place in enumerate(sent) if number not in left_out]) == steps(recorded)
+        for left_out in itertools.combinations(range(len(sent)), lost))
 
 
 def sips_on_the_wire(lines, robot):
@@ -105,6 +117,14 @@ class Checks(unittest.TestCase):
         for number in range(3, 6):
             self.assertNotEqual(steps(way(whole)), steps(way(whole[:number] + whole[number + 1:])))
         self.assertEqual(way([1, 1]), [])
+
+    def test_a_report_may_be_missing_only_where_the_driver_lost_one(self):
+        whole, other = [0, 1, 2, 2, 3], [0, 10, 20, 30]
+        self.assertTrue(agree([10 * place for place in whole], whole, 0))
+        self.assertFalse(agree(whole[:2] + whole[3:], whole, 0))
+        self.assertTrue(agree(other, whole, 1))
+        self.assertFalse(agree([0, 0, 10, 10], whole, 1), "another way")
+        self.assertFalse(agree(whole + [4], whole, 1), "more than was sent")
 
 
 class Witness:
@@ -286,6 +306,16 @@ class Record(unittest.TestCase):
         counts = collections.Counter(message.topic for message in messages)
         return [topic for topic in ONCE if counts[topic] != 1]
 
+    def most_lost(self, robot):
+        """Return how many packets at most the driver of a robot gave up, since the rest of one did not come in time.
+
+        A busy machine holds the simulated robot up in the midst of a packet. The driver counts the bytes.
+        """
+        stray = max(int(value.value) for message in self.by_topic["/diagnostics"]
+                    for status in decode(message.connection, message.data).status if robot in status.name
+                    for value in status.values if value.key == "Stray bytes")
+        return math.ceil(stray / SHORTEST_SIP)
+
     def ways(self, messages, number):
         """Return the motion of a robot twice: from a list of messages, and from the bytes on its line."""
         poses = [decode(message.connection, message.data).pose.pose
@@ -307,8 +337,7 @@ class Record(unittest.TestCase):
         for number, robot in enumerate(ROBOTS, 1):
             recorded, sent = self.ways(self.messages, number)
             self.assertGreater(len(recorded), 30)
-            self.assertEqual(len(recorded), len(sent))
-            self.assertEqual(steps(recorded), steps(sent))
+            self.assertTrue(agree(recorded, sent, self.most_lost(robot)), (recorded, sent, self.most_lost(robot)))
             transforms = [decode(message.connection, message.data).transforms[0] for message in self.by_topic["/tf"]]
             stamps = [decode(message.connection, message.data).header.stamp
                       for message in self.by_topic["/%s/pose" % robot]]
@@ -323,8 +352,7 @@ class Record(unittest.TestCase):
         rest = [message for message in self.messages if message is not lost]
         self.assertEqual([hole[:2] for hole in self.holes(rest)], [("/robot1/pose", "/robot1/p2os")])
         self.assertEqual(self.differing(rest), ["/robot1/pose"])
-        recorded, sent = self.ways(rest, 1)
-        self.assertEqual(len(recorded), len(sent) - 1)
+        self.assertEqual(len(self.ways(rest, 1)[0]), len(self.ways(self.messages, 1)[0]) - 1)
 
     def test_each_part_has_what_is_latched(self):
         self.assertGreater(len(self.parts), 1)
