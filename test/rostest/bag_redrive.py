@@ -28,7 +28,8 @@ from witness import PATIENCE, Witness
 
 START = (3.0, 2.0, 1.0)  # m, m, rad: where the recorded robot stood
 SPEED, DRIVEN, LAST_TURN = 0.3, 1.6, 1.2  # m/s, s, s
-RADIUS = 0.3  # m: of the arc that ends it
+LATE = 1.0
+"""How late a busy machine may deliver a command (s). The robot drives on until then: commands are given by the clock."""
 
 
 def told():
@@ -86,8 +87,8 @@ class Redrive(unittest.TestCase):
         self.assertIn("A simulated p3dx-sh in the world 'empty' at x 3.00 m, y 2.00 m, 57 degrees", said)
         length, new = map(float, re.search(r"recorded path is ([\d.]+) m long, the new one ([\d.]+) m", said).groups())
         self.assertAlmostEqual(length, SPEED * DRIVEN + 0.15 * (LAST_TURN + VALID), delta=0.05)
-        self.assertAlmostEqual(new, length, delta=0.1)  # the recorded one had no inertia
-        self.assertLess(float(re.search(r"([\d.]+) cm at most", said).group(1)), 20.0)
+        self.assertAlmostEqual(new, length, delta=LATE * SPEED)
+        self.assertLess(float(re.search(r"([\d.]+) cm at most", said).group(1)), 100 * LATE * SPEED)
         run = read_run(output, "redrive")
         self.assertLess(max(np.abs(np.array(run.truth.pose(0)) - START)), 0.001)
         self.assertEqual(run.model, "p3dx-sh")
