@@ -1,6 +1,6 @@
 """Runs every suite of tests, side by side where no suite disturbs another. `summary.py` adds up the results.
 
-Suites of robots and browsers mostly wait. Beside them run, one at a time, those that mostly compute.
+Rostests mostly wait: a few run beside each other. Beside them run the other suites, one at a time.
 
     run_all.py SOURCE RESULTS LOGS
 
@@ -55,19 +55,16 @@ class Stage(NamedTuple):
 def rows_of_stages(source: pathlib.Path, results: pathlib.Path, cores: int) -> List[List[Stage]]:
     """Return all tests. In each row, a stage begins when the previous one has ended. The rows run beside each other.
 
-    Of suites that mostly wait, three run on each processor, for each takes about a third of it: of the integration
-    tests, and then of the rostests, with the browser tests among them. Beside them run those that compute, with no
-    lower priority: when the machine is busy, those that gave way would get no time for longer than they may wait.
+    The processors are busy then, but not much more: when they have more to do than they can, every program takes longer
+    altogether, and tests that watch a robot in real time see it stand still.
     """
-    tests = sorted((source / "test" / "rostest").glob("*.test"))
-    tests.sort(key=lambda path: LONGEST_FIRST.index(path.stem) if path.stem in LONGEST_FIRST else len(LONGEST_FIRST))
-    waiting = [
-        Stage([pytest_suite("integration", results, 3 * cores)]),
-        Stage([pytest_suite("browser", results, cores), *(rostest_suite(path, results) for path in tests)], 3 * cores)]
-    computing = [
-        check_suite("mypy", results), check_suite("flake8", results),
-        pytest_suite("unit", results, cores), pytest_suite("messages", results, cores)]
-    return [waiting, [Stage(computing)]]
+    rostests = sorted((source / "test" / "rostest").glob("*.test"))
+    rostests.sort(key=lambda path: LONGEST_FIRST.index(path.stem) if path.stem in LONGEST_FIRST else len(LONGEST_FIRST))
+    others = [
+        pytest_suite("integration", results, 3 * cores), pytest_suite("browser", results, cores + 1),
+        pytest_suite("unit", results, cores), pytest_suite("messages", results, cores),
+        check_suite("mypy", results), check_suite("flake8", results)]
+    return [[Stage(others)], [Stage([rostest_suite(path, results) for path in rostests], cores)]]
 
 
 def pytest_suite(kind: str, results: pathlib.Path, workers: int) -> Suite:
