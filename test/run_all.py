@@ -1,6 +1,7 @@
 """Runs every suite of tests, side by side where no suite disturbs another. `summary.py` adds up the results.
 
-Rostests mostly wait: a few run beside each other. Beside them run the other suites, one at a time.
+Rostests mostly wait: a few run beside each other, and then the checks of all code. Beside them run the suites of
+pytest, one at a time, which have workers of their own.
 
     run_all.py SOURCE RESULTS LOGS
 
@@ -60,11 +61,11 @@ def rows_of_stages(source: pathlib.Path, results: pathlib.Path, cores: int) -> L
     """
     rostests = sorted((source / "test" / "rostest").glob("*.test"))
     rostests.sort(key=lambda path: LONGEST_FIRST.index(path.stem) if path.stem in LONGEST_FIRST else len(LONGEST_FIRST))
-    others = [
+    of_pytest = [
         pytest_suite("integration", results, 3 * cores), pytest_suite("browser", results, cores + 1),
-        pytest_suite("unit", results, cores), pytest_suite("messages", results, cores),
-        check_suite("mypy", results), check_suite("flake8", results)]
-    return [[Stage(others)], [Stage([rostest_suite(path, results) for path in rostests], cores)]]
+        pytest_suite("unit", results, cores), pytest_suite("messages", results, cores)]
+    checks = [check_suite("mypy", results), check_suite("flake8", results)]
+    return [[Stage(of_pytest)], [Stage([rostest_suite(path, results) for path in rostests] + checks, cores)]]
 
 
 def pytest_suite(kind: str, results: pathlib.Path, workers: int) -> Suite:

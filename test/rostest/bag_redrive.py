@@ -29,7 +29,7 @@ from witness import PATIENCE, Witness
 START = (3.0, 2.0, 1.0)  # m, m, rad: where the recorded robot stood
 SPEED, DRIVEN, LAST_TURN = 0.3, 1.6, 1.2  # m/s, s, s
 LATE = 1.0
-"""How late a busy machine may deliver a command (s). The robot drives on until then: commands are given by the clock."""
+"""How late a busy machine may deliver a command (s). The robot drives on until then: commands are given by time."""
 
 
 def told():

@@ -153,7 +153,7 @@ def test_every_folder_and_rostest_is_in_a_stage():
     assert tuple(rostests[:len(run_all.LONGEST_FIRST)]) == run_all.LONGEST_FIRST
 
 
-def test_rostests_run_beside_the_others():
+def test_rostests_run_beside_the_suites_of_pytest():
     rows = [[{each.kind for each in stage.suites} for stage in row]
             for row in run_all.rows_of_stages(ROOT, pathlib.Path("results"), 2)]
-    assert rows == [[{"integration", "browser", "unit", "messages", "mypy", "flake8"}], [{"rostest"}]]
+    assert rows == [[{"integration", "browser", "unit", "messages"}], [{"rostest", "mypy", "flake8"}]]
