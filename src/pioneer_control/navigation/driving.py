@@ -2,7 +2,8 @@
 
 Each candidate is an arc or a turn on the spot at one speed. It is allowed if some transducer looks along it, and if the
 way until the robot's outline touches something is longer than reaction and brakes need; longer still towards an echo
-that is young, because somebody may come. Among the allowed ones, the cost to go from where each leads decides.
+that is young, because somebody may come. Beside what may walk it is so slow that it stands before that can be there.
+Among the allowed ones, the cost to go from where each leads decides.
 """
 
 import math
@@ -27,12 +28,15 @@ _STEP = 0.1     # s
 
 
 class Around(NamedTuple):
-    """What is around the robot: x and y (m, robot's frame) of what stands, and of what may walk."""
+    """What is around the robot: x and y (m, robot's frame) of what stands, and of what may walk; and how far (m) from
+    its outline the nearest is that has not yet proved to stand still.
+    """
 
     standing_x: Array
     standing_y: Array
     walking_x: Array
     walking_y: Array
+    apart: float = math.inf
 
 
 class SteeringChoice(NamedTuple):
@@ -168,9 +172,9 @@ class Steering:
         speed = np.where(turn, np.abs(self._angular), np.abs(self._linear))
         braking = np.where(turn, tuned.turn_acceleration, tuned.braking)
         needed = speed * tuned.reaction + speed ** 2 / (2.0 * braking) + tuned.spare
-        coming = np.where(turn, 0.0, tuned.walking * (tuned.reaction + speed / braking))
-        allowed = ((standing[self._number] > needed) & (walking[self._number] > needed + coming)
-                   & self.moves.covered(live)[self._number])
+        coming = tuned.walking * (tuned.reaction + speed / braking)      # how far somebody walks until it stands
+        allowed = ((standing[self._number] > needed) & (walking[self._number] > needed + np.where(turn, 0.0, coming))
+                   & (coming < around.apart) & self.moves.covered(live)[self._number])
         if squeeze:
             allowed &= (np.abs(self._linear) <= 0.1) & (np.abs(self._angular) <= 0.5)
         allowed[-1] = True

@@ -302,8 +302,8 @@ class Navigator:
         task.planned, task.at_goal = -math.inf, False
         reason = _LOST if where is None or not where.reason else "%s: %s" % (_LOST, where.reason)
         twist = STOP
-        waits = task.waits_for == _LOST and task.waits_since is not None and now - task.waits_since > 1.0
-        if waits and numbers.unsure_turn > 0.0 and not self._may_walk_beside(now):
+        waits = task.waits_for == _LOST and task.waits_since is not None and now - task.waits_since > 0.5
+        if waits and numbers.unsure_turn > 0.0 and self._apart(now) >= numbers.give_way:
             rate = math.copysign(min(numbers.unsure_turn, self._chassis.max_angular), task.told.angular)
             around = self._around(self._reckoned(), now)
             turns = [each for each in (rate, -rate) if self._steering.may_turn(each, self._velocity, around)]
@@ -318,7 +318,7 @@ class Navigator:
         if now - task.progress > numbers.navigator.patience:
             return self._end(State.FAILED, "gave up: no way on for %.0f s, %.2f m from the goal" % (
                 now - task.progress, math.hypot(task.goal.x - pose.x, task.goal.y - pose.y)))
-        if self._may_walk_beside(now):
+        if self._apart(now) < numbers.navigator.give_way:
             return Decision(STOP, State.WAITING, _GIVING_WAY)
         around, live = self._around(pose, now), self._obstacles.live(now - numbers.navigator.silent)
         assert task.plan is not None
@@ -377,25 +377,26 @@ class Navigator:
         return "%s, %.1f m to go" % (_GOING_ROUND if task.round else reason,
                                      length_of(task.plan.points_from(pose[:2])))
 
-    def _may_walk_beside(self, now: float) -> bool:
-        """Return whether something is near the outline that is on no map and has not yet proved to stand still.
+    def _apart(self, now: float) -> float:
+        """Return how far (m) from the outline the nearest is that is on no map and has not yet proved to stand still.
 
         A robot that makes its map has everything on no map yet: it does not ask.
         """
         if self._through_unknown:
-            return False
+            return math.inf
         places = self._obstacles.heard()
         young = places.chosen(~places.mapped & (now - places.since < self._numbers.obstacles.proves_still))
         assert self._last is not None
         x, y = into(self._last.odometry, young.x, young.y)
-        return bool((distance_outside(self._chassis.outline, x, y) < self._numbers.navigator.give_way).any())
+        return float(distance_outside(self._chassis.outline, x, y).min(initial=math.inf))
 
     def _choose(self, task: _Task, pose: Pose, around: Around, live: List[int], now: float) -> Optional[SteeringChoice]:
         """Return the next velocity, or None when the robot stands at the goal."""
         numbers, goal, plan = self._numbers.steering, task.goal, task.plan
         assert plan is not None
         distance = math.hypot(goal.x - pose.x, goal.y - pose.y)
-        task.at_goal = distance < (2.5 * numbers.arrived + 0.03 if task.at_goal else numbers.arrived)
+        near = numbers.arrived_at_last if now - task.progress > self._numbers.navigator.slow else numbers.arrived
+        task.at_goal = distance < (2.5 * numbers.arrived + 0.03 if task.at_goal else near)
         if task.at_goal:
             off = abs(wrapped(goal.heading - pose.heading)) if task.with_heading else 0.0
             if off < numbers.arrived_heading:
@@ -431,7 +432,7 @@ class Navigator:
         x, y = into(self._last.odometry, places.x, places.y)
         walking = ~places.mapped & (now - places.time < self._numbers.obstacles.young)
         wall_x, wall_y = (np.zeros(0),) * 2 if pose is None else cells_near(self._map, self._edges, pose, _NEAR)
-        return Around(np.append(x, wall_x), np.append(y, wall_y), x[walking], y[walking])
+        return Around(np.append(x, wall_x), np.append(y, wall_y), x[walking], y[walking], self._apart(now))
 
 
 def _rim(outline: Tuple[Point, ...]) -> List[Point]:

@@ -164,6 +164,8 @@ class SteeringNumbers:
                                     "s")
     most_dawdling: float = parameter(0.5, Number(0, 10), "what they cost more at most, when all but standing", "m")
     arrived: float = parameter(0.035, Number(0.005, 0.5), "distance from the goal that is good enough", "m")
+    arrived_at_last: float = parameter(
+        0.1, Number(0.005, 0.5), "distance from the goal that is good enough where it has no way on for a while", "m")
     arrived_heading: float = parameter(0.03, Number(0.005, 0.5), "heading off the goal's that is good enough", "rad")
     final_gain: float = parameter(2.0, Number(0.1, 5), "its speed there for each metre that is left", "1/s")
     final: float = parameter(0.6, Number(0.1, 2), "distance from which the robot aims at the goal itself", "m")

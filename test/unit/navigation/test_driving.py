@@ -60,6 +60,16 @@ def test_it_goes_slower_towards_what_may_walk_than_towards_what_stands():
     assert 0.0 <= walking < standing
 
 
+@pytest.mark.parametrize("apart, moves", [(0.2, False), (0.3, True), (0.4, True), (1.0, True)])
+def test_beside_what_may_walk_it_stands_before_that_can_be_there(apart, moves):
+    numbers = SteeringNumbers()
+    for goal in ((4.5, 2.0), (1.5, 4.0)):       # ahead, and to the side
+        twist = choose(goal, velocity=Twist(0.4, 0.0), what=around()._replace(apart=apart)).twist
+        stands_after = numbers.reaction + max(abs(twist.linear) / numbers.braking,
+                                              (twist.linear == 0.0) * abs(twist.angular) / numbers.turn_acceleration)
+        assert (twist == STOP or stands_after * numbers.walking < apart) and (twist != STOP) == moves
+
+
 def test_it_stands_when_every_way_is_blocked():
     ring = [(0.37 * math.cos(a), 0.37 * math.sin(a)) for a in np.arange(0.0, 6.3, 0.05)]
     assert choose((4.5, 2.0), what=around(ring)) == (STOP, "the way is blocked", True)

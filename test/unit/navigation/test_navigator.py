@@ -81,6 +81,15 @@ def test_it_drives_round_what_is_on_no_map():
     assert run.decision.state is State.REACHED and 0.22 < nearest
 
 
+@pytest.mark.parametrize("away, ends", [(0.08, State.REACHED), (0.15, State.FAILED)])
+def test_where_something_stands_at_the_goal_a_place_near_it_is_good_enough(away, ends):
+    ring = [(2.75 + 0.55 * math.cos(angle), 2.5 + 0.55 * math.sin(angle)) for angle in np.arange(0.0, 6.2, 0.3)]
+    run = Run(start=Pose(2.75, 2.5, 0.0), posts=ring)
+    run.step()
+    assert run.navigator.go_to(2.75 + away, 2.5, None, run.time) == ""
+    assert run.until(State.REACHED, State.FAILED).state is ends
+
+
 @pytest.mark.parametrize("posts, doing", [
     ((), "on the way, 3."), ([(2.75, 1.75)], "going round what is on no map, 3.")])
 def test_it_says_what_it_does_and_how_far_it_has_to_go(posts, doing):
