@@ -27,7 +27,7 @@ class Begin(NamedTuple):
 
     localise: float  #: until it can localise
     localise_memory: float
-    plan: float  #: then, until it can plan too
+    plan: float  #: then, until it has the first plan, too
     plan_memory: float
 
 
@@ -61,7 +61,8 @@ def begun(side: float, seed: int) -> Begin:
     begin = time.process_time()
     Localisation(grid_map, model.sonar)
     localised, localise_memory = time.process_time(), peak()
-    DrivableFloor(grid_map, model.width / 2.0, PlanningNumbers())
+    floor = DrivableFloor(grid_map, model.width / 2.0, PlanningNumbers())
+    floor.to(floor.places([0])[0])
     return Begin(localised - begin, localise_memory, time.process_time() - localised, peak())
 
 

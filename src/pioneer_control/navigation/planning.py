@@ -366,14 +366,16 @@ def _most_of_squares(clearance: Array, pooled: int) -> Array:
 
 def net_of(number: Array, side: float, steps: List[Tuple[int, int]] = _STEPS) -> Net:
     """Return the graph of squares with a number from 0 on, row by row; -1 marks the others."""
-    row, column = np.nonzero(number >= 0)
+    row, column = (each.astype(np.int32) for each in np.nonzero(number >= 0))
     rows, columns = number.shape
     framed = np.full((rows + 4, columns + 4), -1, dtype=np.int32)
     framed[2:-2, 2:-2] = number
-    up, right = np.array(steps).T
-    places = ((row + 2) * (columns + 4) + column + 2)[:, None] + up * (columns + 4) + right
-    ends = framed.ravel()[places]
+    up, right = np.array(steps, dtype=np.int32).T
+    width = np.int32(columns + 4)
+    ends = framed.ravel()[((row + 2) * width + column + 2)[:, None] + up * width + right]
     there = ends >= 0
-    start, step = np.nonzero(there)
-    row_starts = np.concatenate(([0], np.cumsum(there.sum(axis=1)))).astype(np.int32)
-    return Net(start, ends[there], (side * np.hypot(up, right))[step], row_starts)
+    count = there.sum(axis=1)
+    row_starts = np.concatenate(([0], np.cumsum(count))).astype(np.int32)
+    start = np.repeat(np.arange(len(row), dtype=np.int32), count)
+    length = np.broadcast_to((side * np.hypot(up, right)).astype(np.float32), there.shape)[there]
+    return Net(start, ends[there], length, row_starts)
