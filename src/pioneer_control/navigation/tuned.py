@@ -96,7 +96,7 @@ class LocalisationNumbers:
     unsure_missed: float = parameter(
         18.0, Number(1.0, 1000.0), "unsure when so many echoes fewer than that are explained, since enough were")
     standing_readings: int = parameter(
-        8, Whole(1, 100), "so many readings of each sensor count after the robot has come to stand, or a range changes")
+        12, Whole(1, 100), "so many readings of each sensor count once the robot has come to stand, or a range changes")
     sure_explained: float = parameter(
         0.8, Number(0.0, 1.0), "sure again when at least this share of the usual share is explained")
     usual_explained: float = parameter(

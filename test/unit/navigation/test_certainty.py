@@ -58,7 +58,7 @@ def test_what_a_few_sensors_hear_of_a_robot_that_stands_does_not_make_it_unsure_
     certainty = sure()
     hear(certainty, 1.0, count=16)
     for _ in range(1000):       # somebody has come, and stays in front of it
-        hear(certainty, 0.0, way=0.0, count=3, first=500)
+        hear(certainty, 0.0, way=0.0, count=2, first=500)
     certainty.judge(spread())
     assert certainty.sure
 
