@@ -1,6 +1,7 @@
 """Whether the robot may trust the pose that it has: a judgement on the cloud and on the readings."""
 
-from typing import Any, Dict
+import math
+from typing import Any, Dict, Tuple
 
 import numpy as np
 
@@ -12,11 +13,9 @@ Array = Any     # of numpy
 
 UNKNOWN = "I do not know where I am: "
 """The beginning of each reason."""
-COUNTING_WAY = 0.01
-"""After such a way (m) since the last readings, new ones count fully; after a shorter one, less."""
 LEAST_USUAL = 0.5
 """The true pose explains at least this share of echoes, wherever the robot is."""
-OTHER, NEVER = 10, -1000
+OTHER = 10
 """A range whose number differs by more from the sensor's last one is new, also while the robot stands."""
 
 
@@ -24,7 +23,8 @@ class Certainty:
     """Judges, packet by packet.
 
     Each world has a usual share of echoes that the true pose explains: furniture, slanting walls and people make it
-    smaller. It is learnt while the pose is sure.
+    smaller. It is learnt while the pose is sure. A pose is doubted when too many echoes more than usual are unexplained
+    (a CUSUM test): each echo adds what it misses to a sum, or takes from it, and the sum never falls below zero.
 
     Args:
         tuned: the numbers of localisation.
@@ -37,8 +37,8 @@ class Certainty:
     def __init__(self, tuned: LocalisationNumbers):
         self._tuned = tuned
         self._usual = tuned.usual_explained
-        self._heard: Dict[int, int] = {}
-        self._low = 0.0     # readings since too few were explained
+        self._heard: Dict[int, Tuple[int, int]] = {}    # of each sensor: its last number, how often it may still count
+        self._missed = 0.0      # so many more echoes should have been explained
         self._upheld = 0    # searches in a row since the doubt began that found no place alike
         self.lose("I was not told, and have not heard enough yet; drive me a little")
 
@@ -55,8 +55,7 @@ class Certainty:
     @property
     def doubts(self) -> bool:
         """Whether the readings contradict the pose."""
-        return (self.explained < self._tuned.unsure_explained * self._usual
-                or self._low > self._tuned.low_readings)
+        return self._missed >= self._tuned.unsure_missed
 
     @property
     def margin(self) -> float:
@@ -81,7 +80,7 @@ class Certainty:
 
     def place(self, trusted: bool, alone: bool = False) -> None:
         """From now on some place is likely. `trusted`: a person said so. `alone`: a search found none like it."""
-        self._placed, self._low = True, 0.0
+        self._placed, self._missed = True, 0.0
         self.explained = self._usual
         self._trusted_way = self._tuned.proven_way if trusted else 0.0
         self._unique = self._tuned.sure_searches if trusted else int(alone)
@@ -110,36 +109,41 @@ class Certainty:
         self._upheld = self._upheld + 1 if alone and not self.sure else 0
         if self._upheld >= self._tuned.upheld_searches:
             self._usual = max(LEAST_USUAL, min(self._usual, self.explained / self._tuned.sure_explained))
-            self._low = 0.0
+            self._missed = 0.0
 
     def hear(self, beams: Beams, explained: Array, way: float) -> None:
         """Take what readings say about the pose.
 
-        While the robot stands, the same readings come again and again, and count once: only new ones count.
+        While the robot stands, the same readings come again and again: each sensor counts only some times, until the
+        robot moves or the range becomes another one.
 
         Args:
             beams: the readings.
             explained: for each reading, see `RangeModel.explained`.
             way: way (m) since the last readings; 0: the robot stands.
         """
-        before = np.array([self._heard.get(sensor, NEVER) for sensor in beams.sensor.tolist()])
-        self._heard.update(zip(beams.sensor.tolist(), beams.measured.tolist()))
-        weight = min(1.0, way / COUNTING_WAY)
-        weights = np.maximum(weight, (np.abs(beams.measured - before) > OTHER) * (before != NEVER))
-        says = ~np.isnan(explained)
-        for said, share in zip(explained[says].tolist(), weights[says].tolist()):
-            self._low += share
-            share /= self._tuned.explained_readings
-            self.explained += (said - self.explained) * share
-            if self.explained >= self._tuned.low_explained * self._usual:
-                self._low = 0.0
-            if self.sure and not self._low:
-                self._usual += (said - self._usual) * share / 20.0
+        tuned = self._tuned
+        for sensor, measured, said in zip(beams.sensor.tolist(), beams.measured.tolist(), explained.tolist()):
+            if not self._counts(sensor, measured, way > 0.0) or math.isnan(said):
+                continue
+            missed = self._missed + tuned.unsure_explained * self._usual - said
+            self._missed = min(max(missed, 0.0), tuned.unsure_missed)
+            self.explained += (said - self.explained) / tuned.explained_readings
+            if self.sure and self.explained >= tuned.unsure_explained * self._usual:
+                self._usual += (said - self._usual) / tuned.explained_readings / 20.0
         self._usual = min(max(self._usual, LEAST_USUAL), 0.95)
-        self._blind_way = 0.0 if (explained[says] > 0.0).any() else self._blind_way + way
+        self._blind_way = 0.0 if (explained > 0.0).any() else self._blind_way + way
         if self.explained >= self._tuned.sure_explained * self._usual and (
                 self.sure or self._trusted_way < self._tuned.sure_way):     # what was never sure proves nothing more
             self._trusted_way += way
+
+    def _counts(self, sensor: int, measured: int, moved: bool) -> bool:
+        """Return whether a reading counts, in which a sensor measured a range with this number."""
+        before, left = self._heard.get(sensor, (measured, 0))
+        if moved or abs(measured - before) > OTHER:
+            left = self._tuned.standing_readings
+        self._heard[sensor] = measured, max(0, left - 1)
+        return left > 0
 
     def judge(self, spread: Spread) -> None:
         """Decide whether the pose is sure."""

@@ -92,10 +92,11 @@ class LocalisationNumbers:
     proven_way: float = parameter(
         6.0, Number(0.0, 100.0), "after such a way, places that look alike do not make it unsure any more", "m")
     unsure_explained: float = parameter(
-        0.65, Number(0.0, 1.0), "unsure when a smaller share of echoes is explained than this share of the usual one")
-    low_explained: float = parameter(
-        0.75, Number(0.0, 1.0), "unsure, too, when less than this share of the usual one is explained for long")
-    low_readings: int = parameter(40, Whole(5, 1000), "so many echoes are long")
+        0.7, Number(0.0, 1.0), "a sure pose should explain more than this share of the usual share of echoes")
+    unsure_missed: float = parameter(
+        18.0, Number(1.0, 1000.0), "unsure when so many echoes fewer than that are explained, since enough were")
+    standing_readings: int = parameter(
+        12, Whole(1, 100), "so many readings of each sensor count once the robot has come to stand, or a range changes")
     sure_explained: float = parameter(
         0.8, Number(0.0, 1.0), "sure again when at least this share of the usual share is explained")
     usual_explained: float = parameter(

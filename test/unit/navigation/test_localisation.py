@@ -73,6 +73,22 @@ def test_being_carried_away_is_noticed_and_the_new_place_is_found():
     assert results[-1][0].sure and off(results[-1][0], robot)[0] < 0.15
 
 
+def test_being_carried_away_is_noticed_by_a_robot_that_stands():
+    robot, localisation = localised()
+    robot.pose = Pose(5.4, 3.3, 0.5)
+    assert not [localisation.update(robot.step(0.0, 0.0)) for _ in range(50)][-1].sure
+
+
+def test_as_soon_as_it_is_unsure_it_searches():
+    robot, localisation = localised()
+    robot.pose = Pose(5.4, 3.3, 0.5)
+    while localisation.update(robot.step(0.0, 0.06)).sure:
+        pass
+    for _ in range(30):     # 3 s: the next search of a proven pose would be many seconds later
+        localisation.update(robot.step(0.0, 0.06))
+    assert off(localisation.where, robot)[0] < 0.15
+
+
 def test_standing_adds_no_certainty():
     robot, localisation = SensingRobot(ROOM, START), Localisation(MAP, TRANSDUCERS)
     localisation.known_start(START)
