@@ -122,6 +122,9 @@ class PoseGraph:
         value = np.concatenate((blocks.ravel(), 1.0 / self._spread))
         slope = coo_matrix((value, (row, column)), shape=(3 * count + 3, unknowns)).tocsc()[:, 3:]
         error = np.concatenate((error.ravel(), bias / self._spread))
-        step = -splu((slope.T @ slope).tocsc()).solve(slope.T @ error)
+        # The matrix is symmetric and positive: said so, it is factorized several times as fast.
+        factors = splu((slope.T @ slope).tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
+                       options={"SymmetricMode": True})
+        step = -factors.solve(slope.T @ error)
         self.poses[1:] += step[:-3].reshape(-1, 3)
         self.bias = WheelBias(*(bias + step[-3:]))
