@@ -111,7 +111,7 @@ class Moves:
         return _covered(self._chassis, frozenset(live))
 
 
-@functools.lru_cache(maxsize=8)
+@functools.lru_cache(maxsize=16)
 def _ways(outline: Tuple[Point, ...], margin: float, half: int) -> Array:
     """Return the table of ways: one row for each cell around the robot, one column for each move."""
     middles = (np.arange(-half, half) + 0.5) * _CELL

@@ -7,12 +7,12 @@ Among the allowed ones, the cost to go from where each leads decides.
 """
 
 import math
-from typing import Any, Iterable, NamedTuple, Tuple
+from typing import Any, Iterable, NamedTuple, Optional, Tuple
 
 import numpy as np
 
 from ..floor_poses import Pose, wrapped
-from .chassis import Chassis, Moves
+from .chassis import Chassis, Moves, after
 from .frames import into
 from .planning import RoutePlan
 from .tuned import SteeringNumbers
@@ -25,6 +25,9 @@ _SHARES = (0.15, 0.35, 0.6, 0.8, 1.0)   # of the greatest speed forward
 _SHARES_BACK = (0.4, 1.0)
 _SHARES_TURN = (0.15, 0.4, 1.0)
 _STEP = 0.1     # s
+_AHEAD = (0.08, 0.16, 0.24)             # m, rad: poses of a move that are compared with where the robot was
+_SAME = 0.03, 0.06                      # m, rad: so near to such a pose it was there
+NOWHERE = np.zeros((0, 3))
 
 
 class Around(NamedTuple):
@@ -55,10 +58,13 @@ class Steering:
         self._chassis, self._tuned = chassis, tuned
         self.moves = Moves(chassis, tuned.margin)
         self._bare, self._wide = Moves(chassis, 0.01), Moves(chassis, tuned.margin_walking)
+        narrower = 1.0 - tuned.retrace_narrower / chassis.half_width
+        self._narrow = Moves(chassis._replace(outline=tuple((x, y * narrower) for x, y in chassis.outline)), 0.01)
+        self._poses = np.array([[after(move, way) for way in _AHEAD] for move in self.moves.each])
         self._number, self._linear, self._angular = self._candidates()
 
     def choose(self, pose: Pose, velocity: Twist, around: Around, live: Iterable[int], plan: RoutePlan,
-               blocked: float = 0.0, told: Twist = STOP) -> SteeringChoice:
+               blocked: float = 0.0, told: Twist = STOP, trail: Array = NOWHERE) -> SteeringChoice:
         """Return the velocity that leads on along a plan.
 
         Args:
@@ -70,10 +76,13 @@ class Steering:
             blocked: for how long (s) no way has led on. The longer, the more it prefers any move to standing; at last
                 it keeps next to no distance from what stands beside it, and is slow.
             told: the velocity that it was told last, so that it does not turn to and fro.
+            trail: where it was lately (robot's frame), array (n, 3). When nothing else is left, it goes back there.
         """
         allowed = self._allowed(velocity, around, live)
         if blocked > self._tuned.squeeze_after:
-            allowed |= self._allowed(velocity, around, live, squeeze=True)
+            allowed |= self._allowed(velocity, around, live, (self._bare, self._wide))
+            if not allowed[:-1].any():
+                allowed = self._retraced(velocity, around, live, trail)
         cost = self._costs(pose, velocity, plan)
         cost += self._tuned.reversal_weight * ((self._linear == 0.0) & (self._angular * told.angular < 0.0))
         cost[-1] += self._tuned.impatience * max(0.0, blocked - 1.0)
@@ -161,13 +170,28 @@ class Steering:
         number, linear, angular = (np.array(column) for column in zip(*rows))
         return number, linear, angular
 
-    def _allowed(self, velocity: Twist, around: Around, live: Iterable[int], squeeze: bool = False) -> Array:
-        """Return which candidates are allowed. `squeeze`: slow ones that keep hardly any distance are, too."""
+    def _retraced(self, velocity: Twist, around: Around, live: Iterable[int], trail: Array) -> Array:
+        """Return which slow candidates lead over floor that the robot has just driven over; standing only if none does.
+
+        Echoes scatter by some centimetres, so those of a wall that it nearly touches seem to be in its way. It did not
+        touch it when it came. What is well inside of its way has come meanwhile, and ends it.
+        """
+        off = self._poses[:, :, np.newaxis] - trail
+        turned = np.abs(np.remainder(off[..., 2] + math.pi, 2.0 * math.pi) - math.pi)
+        was_there = (np.hypot(off[..., 0], off[..., 1]) < _SAME[0]) & (turned < _SAME[1])
+        on_trail = was_there.any(axis=2).all(axis=1)[self._number]
+        allowed = self._allowed(velocity, around, live, (self._narrow, self._narrow)) & on_trail
+        allowed[-1] = not allowed[:-1].any()
+        return allowed
+
+    def _allowed(self, velocity: Twist, around: Around, live: Iterable[int],
+                 slow: Optional[Tuple[Moves, Moves]] = None) -> Array:
+        """Return which candidates are allowed. `slow`: slow ones, with other distances from what stands and walks."""
         tuned = self._tuned
-        moves = self._bare if squeeze else self.moves
+        by_standing, by_walking = slow or (self.moves, self._wide)
         ahead = _moved_by(velocity, tuned.delay)
-        standing = moves.ways(*into(ahead, around.standing_x, around.standing_y))
-        walking = self._wide.ways(*into(ahead, around.walking_x, around.walking_y))
+        standing = by_standing.ways(*into(ahead, around.standing_x, around.standing_y))
+        walking = by_walking.ways(*into(ahead, around.walking_x, around.walking_y))
         turn = self.moves.direction[self._number] == 0
         speed = np.where(turn, np.abs(self._angular), np.abs(self._linear))
         braking = np.where(turn, tuned.turn_acceleration, tuned.braking)
@@ -175,7 +199,7 @@ class Steering:
         coming = tuned.walking * (tuned.reaction + speed / braking)      # how far somebody walks until it stands
         allowed = ((standing[self._number] > needed) & (walking[self._number] > needed + np.where(turn, 0.0, coming))
                    & (coming < around.apart) & self.moves.covered(live)[self._number])
-        if squeeze:
+        if slow:
             allowed &= (np.abs(self._linear) <= 0.1) & (np.abs(self._angular) <= 0.5)
         allowed[-1] = True
         return allowed

@@ -84,7 +84,7 @@ class Explorer:
 
     def is_over(self, pose: Pose, time: float, grid_map: Optional[GridMap] = None) -> bool:
         """Return whether it is not worth while to drive on to the present goal: the end of the map is known meanwhile,
-        or the robot does not get on.
+        or the robot does not get on. On its way home, only time ends it.
 
         Args:
             pose: where the robot is (map frame).
@@ -93,7 +93,7 @@ class Explorer:
         """
         attempt, numbers = self._attempt, self._numbers
         if attempt is None or attempt.goal.end is None:
-            return False
+            return attempt is not None and self.homeward and time - attempt.began > numbers.homeward
         if math.hypot(pose.x - attempt.moved.x, pose.y - attempt.moved.y) > numbers.moved:
             attempt.moved, attempt.moved_at = pose, time
         return (time - attempt.moved_at > numbers.stuck

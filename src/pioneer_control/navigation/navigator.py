@@ -7,7 +7,8 @@ answer is a velocity. The robot stands whenever one of these is not well, and dr
 import enum
 import math
 import re
-from typing import Any, List, NamedTuple, Optional, Protocol, Tuple
+from collections import deque
+from typing import Any, Deque, List, NamedTuple, Optional, Protocol, Tuple
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from .values import Sensing, Twist
 
 Array = Any     # of numpy
 _NEAR = 1.8     # m: farther faces of walls cannot end a move
+_TRAIL, _TRAIL_STEP = 40, 0.015     # poses; m, rad
 _GIVING_WAY = "giving way: something that is on no map is near, and may walk"
 _LOST = "the robot does not know where it is"
 _GOING_ROUND = "going round what is on no map"
@@ -103,7 +105,8 @@ class _Task:
         self.adopted = -math.inf        # s, when it was taken
         self.planned = -math.inf        # s, when one was made last
         self.best = math.inf            # m, least cost to go so far
-        self.progress = now             # s, when it last fell
+        self.progress = now             # s, when it last fell while the robot got on
+        self.got_on: Optional[Pose] = None      # its odometry then
         self.waits_since: Optional[float] = None
         self.waits_for = ""
         self.told = STOP
@@ -139,6 +142,7 @@ class Navigator:
         self._place: Optional[Pose] = None              # where it was sure to be last
         self._place_odometry = Pose(0.0, 0.0, 0.0)      # its odometry there
         self._stalled = -math.inf       # s, when a wheel last stalled
+        self._trail: Deque[Pose] = deque(maxlen=_TRAIL)     # odometry where it was lately
 
     def use_map(self, grid_map: GridMap) -> None:
         """Go on with a newer map. Goal and obstacles stay; the way is planned anew."""
@@ -242,6 +246,7 @@ class Navigator:
         last = self._last
         if last is not None and sensing.time <= last.time:
             self._obstacles.forget()
+            self._trail.clear()
             self._velocity = STOP
         elif last is not None:
             along, _ = into(last.odometry, np.array(sensing.odometry.x), np.array(sensing.odometry.y))
@@ -250,6 +255,9 @@ class Navigator:
             self._velocity = Twist(float(along) / time, turned / time)
         self._obstacles.hear(sensing, pose)
         self._last = sensing
+        if not self._trail or _apart(sensing.odometry, self._trail[-1]) > _TRAIL_STEP or abs(
+                wrapped(sensing.odometry.heading - self._trail[-1].heading)) > _TRAIL_STEP:
+            self._trail.append(sensing.odometry)
 
     def _feel_stall(self, now: float) -> None:
         """Remember what stalled the wheels: something that sonar does not hear, where the robot was going."""
@@ -303,7 +311,7 @@ class Navigator:
         reason = _LOST if where is None or not where.reason else "%s: %s" % (_LOST, where.reason)
         twist = STOP
         waits = task.waits_for == _LOST and task.waits_since is not None and now - task.waits_since > 0.5
-        if waits and numbers.unsure_turn > 0.0 and self._apart(now) >= numbers.give_way:
+        if waits and numbers.unsure_turn > 0.0 and self._apart_from_walking(now) >= numbers.give_way:
             rate = math.copysign(min(numbers.unsure_turn, self._chassis.max_angular), task.told.angular)
             around = self._around(self._reckoned(), now)
             turns = [each for each in (rate, -rate) if self._steering.may_turn(each, self._velocity, around)]
@@ -317,8 +325,8 @@ class Navigator:
             self._plan_anew(task, pose, now)
         if now - task.progress > numbers.navigator.patience:
             return self._end(State.FAILED, "gave up: no way on for %.0f s, %.2f m from the goal" % (
-                now - task.progress, math.hypot(task.goal.x - pose.x, task.goal.y - pose.y)))
-        if self._apart(now) < numbers.navigator.give_way:
+                now - task.progress, _apart(task.goal, pose)))
+        if self._apart_from_walking(now) < numbers.navigator.give_way:
             return Decision(STOP, State.WAITING, _GIVING_WAY)
         around, live = self._around(pose, now), self._obstacles.live(now - numbers.navigator.silent)
         assert task.plan is not None
@@ -327,10 +335,15 @@ class Navigator:
             return self._end(State.REACHED, "reached the goal")
         to_go = float(task.plan.cost(np.array(pose.x), np.array(pose.y)))
         if to_go < task.best - numbers.navigator.progress or task.at_goal and not choice.blocked:
-            task.best, task.progress = to_go, now
+            task.best = to_go
+            # A map that is being made changes, and with it the cost: only who drives gets on.
+            assert self._last is not None
+            odometry = self._last.odometry
+            if task.at_goal or task.got_on is None or _apart(odometry, task.got_on) > numbers.navigator.got_on:
+                task.progress, task.got_on = now, odometry
         elif to_go > task.best + 2.0:
             task.best = to_go           # a new plan leads round: measure its progress anew, on the same patience
-        if task.blocked_at is not None and math.hypot(pose.x - task.blocked_at.x, pose.y - task.blocked_at.y) > 0.15:
+        if task.blocked_at is not None and _apart(pose, task.blocked_at) > 0.15:
             task.blocked_since = task.blocked_at = None
         task.told = choice.twist
         if not choice.blocked:
@@ -377,7 +390,7 @@ class Navigator:
         return "%s, %.1f m to go" % (_GOING_ROUND if task.round else reason,
                                      length_of(task.plan.points_from(pose[:2])))
 
-    def _apart(self, now: float) -> float:
+    def _apart_from_walking(self, now: float) -> float:
         """Return how far (m) from the outline the nearest is that is on no map and has not yet proved to stand still.
 
         A robot that makes its map has everything on no map yet: it does not ask.
@@ -394,7 +407,7 @@ class Navigator:
         """Return the next velocity, or None when the robot stands at the goal."""
         numbers, goal, plan = self._numbers.steering, task.goal, task.plan
         assert plan is not None
-        distance = math.hypot(goal.x - pose.x, goal.y - pose.y)
+        distance = _apart(goal, pose)
         near = numbers.arrived_at_last if now - task.progress > self._numbers.navigator.slow else numbers.arrived
         task.at_goal = distance < (2.5 * numbers.arrived + 0.03 if task.at_goal else near)
         if task.at_goal:
@@ -409,7 +422,10 @@ class Navigator:
                 return choice
         blocked = max(0.0 if task.blocked_since is None else now - task.blocked_since,
                       now - task.progress - self._numbers.navigator.slow)
-        return self._steering.choose(pose, self._velocity, around, live, plan, blocked, task.told)
+        assert self._last is not None
+        x, y, heading = np.array(self._trail).T
+        trail = np.column_stack((*into(self._last.odometry, x, y), heading - self._last.odometry.heading))
+        return self._steering.choose(pose, self._velocity, around, live, plan, blocked, task.told, trail)
 
     def _reckoned(self) -> Optional[Pose]:
         """Return where the robot should be by the wheels since it was sure; None if it never was."""
@@ -432,7 +448,12 @@ class Navigator:
         x, y = into(self._last.odometry, places.x, places.y)
         walking = ~places.mapped & (now - places.time < self._numbers.obstacles.young)
         wall_x, wall_y = (np.zeros(0),) * 2 if pose is None else cells_near(self._map, self._edges, pose, _NEAR)
-        return Around(np.append(x, wall_x), np.append(y, wall_y), x[walking], y[walking], self._apart(now))
+        return Around(np.append(x, wall_x), np.append(y, wall_y), x[walking], y[walking], self._apart_from_walking(now))
+
+
+def _apart(one: Pose, other: Pose) -> float:
+    """Return the distance (m) of two poses."""
+    return math.hypot(one.x - other.x, one.y - other.y)
 
 
 def _rim(outline: Tuple[Point, ...]) -> List[Point]:

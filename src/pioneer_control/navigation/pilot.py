@@ -278,8 +278,10 @@ class Pilot:
             self._home_tries += 1
             if ended.state is State.REACHED or self._home_tries >= HOME_TRIES:
                 self._explorer = None
-                home = ended.state is State.REACHED
-                return ended._replace(reason="explored, home again" if home else "explored, not home: " + ended.reason)
+                if ended.state is State.REACHED:
+                    return ended._replace(reason="explored, home again")
+                self._navigator.cancel()
+                return Decision(STAND, State.FAILED, "explored, not home: " + ended.reason)
         grid, refusal = self._drivable, ""
         for _ in range(MOST_REFUSALS):
             following = explorer.next(grid, where.pose, where.time)

@@ -161,6 +161,8 @@ class SteeringNumbers:
     impatience: float = parameter(0.3, Number(0, 10), "what standing costs more for each second without a way", "m")
     squeeze_after: float = parameter(4.0, Number(0, 600), "time without a way after which it keeps next to no distance",
                                      "s")
+    retrace_narrower: float = parameter(0.04, Number(0, 0.2), "it counts as so much narrower on each side while it goes"
+                                        " back over floor that it just drove", "m")
     dawdle_after: float = parameter(8.0, Number(0, 600), "time without a way after which slow moves cost more, too",
                                     "s")
     most_dawdling: float = parameter(0.5, Number(0, 10), "what they cost more at most, when all but standing", "m")
@@ -186,6 +188,7 @@ class NavigatorNumbers:
     wait: float = parameter(120.0, Number(1, 3600), "time that it waits for one reason before it gives up", "s")
     slow: float = parameter(5.0, Number(0.1, 600), "time without progress that counts as having no way", "s")
     progress: float = parameter(0.3, Number(0.01, 5), "what the cost to go must fall to count as progress", "m")
+    got_on: float = parameter(0.1, Number(0, 1), "so far it must have driven by its wheels to count as progress", "m")
     rest: float = parameter(1.0, Number(0, 10), "time it stands after a stall", "s")
     most_stalls: int = parameter(3, Whole(1, 100), "it gives up the goal when its wheels stall so often on the way")
     give_way: float = parameter(0.25, Number(0, 2), "it stands while what may walk is so near to its outline", "m")
@@ -277,6 +280,8 @@ class ExploringNumbers:
     stuck: float = parameter(8.0, Number(1.0, 600.0), "time without getting on after which it gives up an end", "s")
     patience: float = parameter(20.0, Number(1.0, 600.0), "time that it takes for an end, at most", "s")
     patience_per_metre: float = parameter(6.0, Number(0.5, 60.0), "what each metre of the way there adds", "s")
+    homeward: float = parameter(180.0, Number(10.0, 3600.0), "time that it takes for each of its tries to go home, at "
+                                "most", "s")
     off_floor: float = parameter(0.6, Number(0.1, 3.0), "it looks so far for the floor when it stands beside it", "m")
 
 

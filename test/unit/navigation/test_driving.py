@@ -98,6 +98,27 @@ def test_at_last_it_keeps_next_to_no_distance_and_is_slow():
     assert fast.blocked
 
 
+def jammed(*more):
+    """Echoes that scatter by some centimetres all round the outline of a p3at-sh: no move is left."""
+    sides = [(x, side * 0.24) for side in (-1, 1) for x in np.arange(-0.32, 0.33, 0.04)]
+    ends = [(side * 0.3, y) for side in (-1, 1) for y in (-0.24, -0.22, 0.22, 0.24)]
+    return around(sides + ends + wall(0.34, -0.2, 0.2) + list(more))
+
+
+@pytest.mark.parametrize("more, live, backs", [
+    ((), ALL, True), ([(-0.36, 0.0)], ALL, False), ((), range(8), False)])
+def test_with_nothing_else_left_it_goes_back_where_it_came_from(more, live, backs):
+    """Unless something is there now, or no transducer looks there."""
+    steering = Steering(chassis_of("p3at-sh"), SteeringNumbers())
+    came = np.column_stack((np.arange(-0.5, 0.01, 0.03), np.zeros((17, 2))))
+
+    def chosen(blocked, trail):
+        return steering.choose(HERE, STOP, jammed(*more), live, FLOOR.to((4.5, 2.0)), blocked, STOP, trail).twist
+    assert chosen(3.0, came) == STOP
+    assert (-0.1 <= chosen(5.0, came).linear < 0.0) == backs
+    assert chosen(5.0, came[-2:]) == STOP, "it was not there"
+
+
 def test_without_live_transducers_it_only_turns():
     assert choose((4.5, 2.0), live=[]).twist.linear == 0.0
     assert choose((4.5, 2.0), live=range(8, 16)).twist.linear <= 0.0

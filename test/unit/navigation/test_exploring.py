@@ -160,6 +160,15 @@ def test_looking_round_and_going_home_take_the_time_that_they_take():
     assert not explorer.is_over(HERE, 1000.0, floor())
 
 
+def test_the_way_home_does_not_take_for_ever():
+    explorer = Explorer(Pose(2.0, 1.0, 0.5), RADIUS)
+    for _ in range(4):
+        explorer.next(floor(), HERE, 0.0)
+    assert explorer.homeward and not explorer.is_over(HERE, 170.0)
+    explorer.held_up(100.0)
+    assert not explorer.is_over(HERE, 270.0) and explorer.is_over(HERE, 290.0)
+
+
 def test_before_it_gives_up_it_turns_to_look():
     explorer, goal = on_its_way()
     there = Pose(3.8, 0.95, 2.0)

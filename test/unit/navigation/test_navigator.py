@@ -10,7 +10,7 @@ from pioneer_control.floor_poses import Pose, wrapped
 from pioneer_control.maps.grid_map import OCCUPIED, GridMap
 from pioneer_control.navigation.driving import STOP
 from pioneer_control.navigation.navigator import NavigationNumbers, Navigator, Readiness, State, kind_of
-from pioneer_control.navigation.planning import DrivableFloor
+from pioneer_control.navigation.planning import DrivableFloor, RoutePlan
 from pioneer_control.navigation.tuned import NavigatorNumbers
 from pioneer_control.navigation.values import Firing, Sensing
 
@@ -317,6 +317,17 @@ def test_it_gives_up_when_the_only_way_stays_blocked():
     decision = run.until(State.REACHED, State.FAILED, seconds=60.0)
     assert decision.state is State.FAILED and "gave up: no way on for 9 s" in decision.reason
     assert run.pose.x < 2.85
+
+
+def test_a_cost_that_changes_with_the_map_is_no_progress(monkeypatch):
+    """A robot that stood before a changing map of its own thought for 18 minutes that it got on."""
+    run = Run(posts=[(1.0 + 0.4 * math.cos(a), 1.0 + 0.4 * math.sin(a)) for a in np.arange(0.0, 6.2, 0.2)])
+    run.step()
+    assert run.navigator.go_to(4.5, 2.5, None, run.time) == ""
+    cost = RoutePlan.cost
+    monkeypatch.setattr(RoutePlan, "cost", lambda self, x, y: cost(self, x, y) + 5.0 * math.sin(run.time))
+    assert run.until(State.FAILED, seconds=60.0).state is State.FAILED
+    assert "no way on" in run.decision.reason
 
 
 def test_after_a_stall_it_goes_round_what_sonar_does_not_hear():
