@@ -1,7 +1,7 @@
 """Runs every suite of tests, side by side where no suite disturbs another. `summary.py` adds up the results.
 
-Rostests mostly wait: a few run beside each other, and then the checks of all code. Beside them run the suites of
-pytest, one at a time, which have workers of their own.
+Two rows run beside each other. One has the suites of pytest, one at a time: each has workers of its own. The other has
+the rostests, which mostly wait, and at last the checks of all code: as many at once as there are processors.
 
     run_all.py SOURCE RESULTS LOGS
 
@@ -38,7 +38,7 @@ PROGRESS = re.compile(r"[.FEsxX]+ *\[ *\d+%\]")
 
 
 class Suite(NamedTuple):
-    """Tests that one program runs: its command, and the folder in RESULTS for its JUnit files."""
+    """Tests that one program runs: its command, and variables added to its environment."""
 
     kind: str
     name: str
@@ -56,7 +56,7 @@ class Stage(NamedTuple):
 def rows_of_stages(source: pathlib.Path, results: pathlib.Path, cores: int) -> List[List[Stage]]:
     """Return all tests. In each row, a stage begins when the previous one has ended. The rows run beside each other.
 
-    The processors are busy then, but not much more: when they have more to do than they can, every program takes longer
+    Together they keep the processors busy, and do not overload them: on an overloaded machine, all takes longer
     altogether, and tests that watch a robot in real time see it stand still.
     """
     rostests = sorted((source / "test" / "rostest").glob("*.test"))

@@ -13,6 +13,8 @@ Array = Any     # of numpy
 
 UNKNOWN = "I do not know where I am: "
 """The beginning of each reason."""
+NOT_TOLD = "nobody told me, and I have not heard enough yet: drive me a little"
+JUST_FOUND = "I have just found a place where I may be, and drive on to be sure"
 LEAST_USUAL = 0.5
 """The true pose explains at least this share of echoes, wherever the robot is."""
 OTHER = 10
@@ -40,7 +42,7 @@ class Certainty:
         self._heard: Dict[int, Tuple[int, int]] = {}    # of each sensor: its last number, how often it may still count
         self._missed = 0.0      # so many more echoes should have been explained
         self._upheld = 0    # searches in a row since the doubt began that found no place alike
-        self.lose("I was not told, and have not heard enough yet; drive me a little")
+        self.lose(NOT_TOLD)
 
     @property
     def sure(self) -> bool:
@@ -84,7 +86,7 @@ class Certainty:
         self.explained = self._usual
         self._trusted_way = self._tuned.proven_way if trusted else 0.0
         self._unique = self._tuned.sure_searches if trusted else int(alone)
-        self.reason = self.reason or UNKNOWN + "I have just found a place where I may be, and drive on to be sure"
+        self.reason = self.reason or UNKNOWN + JUST_FOUND
 
     def accepts(self, explained: Array) -> bool:
         """Return whether another place explains readings as well as a true place usually does.
@@ -134,7 +136,7 @@ class Certainty:
         self._usual = min(max(self._usual, LEAST_USUAL), 0.95)
         self._blind_way = 0.0 if (explained > 0.0).any() else self._blind_way + way
         if self.explained >= self._tuned.sure_explained * self._usual and (
-                self.sure or self._trusted_way < self._tuned.sure_way):     # what was never sure proves nothing more
+                self.sure or self._trusted_way < self._tuned.sure_way):     # while it is not sure, no more than that
             self._trusted_way += way
 
     def _counts(self, sensor: int, measured: int, moved: bool) -> bool:
@@ -162,5 +164,5 @@ class Certainty:
         elif self._unique < tuned.sure_searches and not (self.sure and self.proven):
             why = "other places look like this one"
         elif self._trusted_way < tuned.sure_way:
-            why = "I have just found a place where I may be, and drive on to be sure"
+            why = JUST_FOUND
         self.reason = UNKNOWN + why if why else ""

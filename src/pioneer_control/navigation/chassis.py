@@ -103,10 +103,10 @@ class Moves:
         return np.minimum(self._free, self._ways[cells].min(axis=0, initial=np.inf))
 
     def covered(self, live: Iterable[int]) -> Array:
-        """Return along which moves the robot is looked after by transducers, one bool for each move.
+        """Return for each move whether transducers with these numbers look where it leads (bool).
 
-        An arc is, if each point of the outline that leads lies, after one of `LOOKS`, in the cone of a transducer with
-        one of these numbers. A turn on the spot is always: it sweeps floor that sonar has passed over.
+        They look along an arc if each point of the outline that leads lies in one of their cones after at least one of
+        `LOOKS`. A turn on the spot always counts: it sweeps floor that sonar has passed over.
         """
         return _covered(self._chassis, frozenset(live))
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..floor_poses import Pose, wrapped
 from .chassis import Chassis, Moves, after
-from .frames import into
+from .frames import into, wrapped_angles
 from .planning import RoutePlan
 from .tuned import SteeringNumbers
 from .values import Twist
@@ -25,14 +25,20 @@ _SHARES = (0.15, 0.35, 0.6, 0.8, 1.0)   # of the greatest speed forward
 _SHARES_BACK = (0.4, 1.0)
 _SHARES_TURN = (0.15, 0.4, 1.0)
 _STEP = 0.1     # s
+_BARE = 0.01                            # m: distance that slow moves keep where there is no other way
+_SLOW = 0.1, 0.5                        # m/s, rad/s: the fastest of them
 _AHEAD = (0.08, 0.16, 0.24)             # m, rad: poses of a move that are compared with where the robot was
 _SAME = 0.03, 0.06                      # m, rad: so near to such a pose it was there
 NOWHERE = np.zeros((0, 3))
 
 
 class Around(NamedTuple):
-    """What is around the robot: x and y (m, robot's frame) of what stands, and of what may walk; and how far (m) from
-    its outline the nearest is that has not yet proved to stand still.
+    """What is around the robot (m, robot's frame).
+
+    Attributes:
+        standing_x, standing_y: all that is there: each echo that is remembered, and the walls of the map.
+        walking_x, walking_y: of these, echoes of the last moments that no wall of the map explains: it may walk.
+        apart: distance from the outline to the nearest place on no map that has not yet proved to stand still.
     """
 
     standing_x: Array
@@ -43,7 +49,7 @@ class Around(NamedTuple):
 
 
 class SteeringChoice(NamedTuple):
-    """A velocity, and why, for people. `blocked`: nothing that leads on was allowed."""
+    """A velocity, and why, for people. `blocked`: the robot stands, for no move was allowed or worth its cost."""
 
     twist: Twist
     reason: str
@@ -57,9 +63,9 @@ class Steering:
         """Make the tables for `chassis`."""
         self._chassis, self._tuned = chassis, tuned
         self.moves = Moves(chassis, tuned.margin)
-        self._bare, self._wide = Moves(chassis, 0.01), Moves(chassis, tuned.margin_walking)
+        self._bare, self._wide = Moves(chassis, _BARE), Moves(chassis, tuned.margin_walking)
         narrower = 1.0 - tuned.retrace_narrower / chassis.half_width
-        self._narrow = Moves(chassis._replace(outline=tuple((x, y * narrower) for x, y in chassis.outline)), 0.01)
+        self._narrow = Moves(chassis._replace(outline=tuple((x, y * narrower) for x, y in chassis.outline)), _BARE)
         self._poses = np.array([[after(move, way) for way in _AHEAD] for move in self.moves.each])
         self._number, self._linear, self._angular = self._candidates()
 
@@ -73,8 +79,9 @@ class Steering:
             around: what is around it.
             live: numbers of the transducers that work.
             plan: the plan to its goal.
-            blocked: for how long (s) no way has led on. The longer, the more it prefers any move to standing; at last
-                it keeps next to no distance from what stands beside it, and is slow.
+            blocked: for how long (s) no way has led on, or the robot has made no progress. The longer, the more it
+                prefers any move to standing; at last it keeps next to no distance from what stands beside it, and is
+                slow.
             told: the velocity that it was told last, so that it does not turn to and fro.
             trail: where it was lately (robot's frame), array (n, 3). When nothing else is left, it goes back there.
         """
@@ -126,7 +133,10 @@ class Steering:
         return self._held_back(wanted, velocity, around, live, doing)
 
     def may_turn(self, rate: float, velocity: Twist, around: Around) -> bool:
-        """Return whether the robot may turn on the spot with a rate (rad/s). For the arguments see `choose`."""
+        """Return whether the slowest turn on the spot is allowed that is at least as fast as a rate (rad/s).
+
+        For the arguments see `choose`.
+        """
         allowed = self._allowed(velocity, around, ())
         turns = (self._linear == 0.0) & (self._angular * rate > 0.0) & (np.abs(self._angular) >= abs(rate) - 1e-6)
         return bool(allowed[turns & (np.abs(self._angular) == np.abs(self._angular[turns]).min(initial=9.0))].any())
@@ -139,7 +149,7 @@ class Steering:
 
     def _held_back(self, wanted: Twist, velocity: Twist, around: Around, live: Iterable[int],
                    doing: str) -> SteeringChoice:
-        """Return the allowed candidate that is most like a wanted velocity, or a stop."""
+        """Return a wanted velocity if a candidate much like it is allowed; if not, the one most like it, or a stop."""
         allowed = self._allowed(velocity, around, live)
         unlike = np.abs(self._linear - wanted.linear) * 3.0 + np.abs(self._angular - wanted.angular)
         unlike[~allowed] = np.inf
@@ -177,7 +187,7 @@ class Steering:
         touch it when it came. What is well inside of its way has come meanwhile, and ends it.
         """
         off = self._poses[:, :, np.newaxis] - trail
-        turned = np.abs(np.remainder(off[..., 2] + math.pi, 2.0 * math.pi) - math.pi)
+        turned = np.abs(wrapped_angles(off[..., 2]))
         was_there = (np.hypot(off[..., 0], off[..., 1]) < _SAME[0]) & (turned < _SAME[1])
         on_trail = was_there.any(axis=2).all(axis=1)[self._number]
         allowed = self._allowed(velocity, around, live, (self._narrow, self._narrow)) & on_trail
@@ -186,7 +196,9 @@ class Steering:
 
     def _allowed(self, velocity: Twist, around: Around, live: Iterable[int],
                  slow: Optional[Tuple[Moves, Moves]] = None) -> Array:
-        """Return which candidates are allowed. `slow`: slow ones, with other distances from what stands and walks."""
+        """Return which candidates are allowed. `slow`: only those up to `_SLOW`, by these tables of moves instead: one
+        for what stands, one for what may walk.
+        """
         tuned = self._tuned
         by_standing, by_walking = slow or (self.moves, self._wide)
         ahead = _moved_by(velocity, tuned.delay)
@@ -200,7 +212,7 @@ class Steering:
         allowed = ((standing[self._number] > needed) & (walking[self._number] > needed + np.where(turn, 0.0, coming))
                    & (coming < around.apart) & self.moves.covered(live)[self._number])
         if slow:
-            allowed &= (np.abs(self._linear) <= 0.1) & (np.abs(self._angular) <= 0.5)
+            allowed &= (np.abs(self._linear) <= _SLOW[0]) & (np.abs(self._angular) <= _SLOW[1])
         allowed[-1] = True
         return allowed
 
@@ -209,7 +221,7 @@ class Steering:
         tuned = self._tuned
         x, y, heading, passed = self._rolled_out(pose, velocity, plan)
         cost = plan.cost(x, y) + tuned.near_weight * passed
-        off = np.abs((plan.heading(x, y) - heading + math.pi) % (2.0 * math.pi) - math.pi)
+        off = np.abs(wrapped_angles(plan.heading(x, y) - heading))
         cost += tuned.heading_weight * off
         cost += tuned.change_weight * np.abs(self._angular - velocity.angular)
         cost[-1] += 0.02

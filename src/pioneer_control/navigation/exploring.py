@@ -108,7 +108,7 @@ class Explorer:
             self._attempt = None
 
     def held_up(self, time: float) -> None:
-        """The robot must not move just now (s): this time does not count."""
+        """The robot must not move at this time (s): the time limits of the present goal begin anew."""
         if self._attempt is not None:
             self._attempt.began = self._attempt.moved_at = time
 
@@ -140,7 +140,7 @@ class Explorer:
         return bool((grid_map.at(x, y) == UNKNOWN).mean() < self._numbers.still_unknown)
 
     def _left_alone(self) -> List[Point]:
-        """Return the ends of the map that were given up, or tried so often that they will not become known."""
+        """Return the ends of the map that are left alone: those given up, and those tried too often."""
         near = self._numbers.given_up / 2.0
         return self._given_up + [end for end in self._tried if sum(
             math.hypot(end[0] - other[0], end[1] - other[1]) < near for other in self._tried) > self._numbers.tries]

@@ -1,7 +1,9 @@
-"""Many points at once from one frame into another (m, rad). `floor_poses` does it for one pose."""
+"""Many points at once from one frame into another, and many angles (m, rad). `floor_poses` does it for one pose."""
 
 import math
 from typing import Any, Tuple
+
+import numpy as np
 
 from ..floor_poses import Pose
 
@@ -18,3 +20,8 @@ def into(frame: Pose, x: Array, y: Array) -> Tuple[Array, Array]:
     """Transform points of the frame that `frame` is given in, so that they are relative to `frame`."""
     cosine, sine = math.cos(frame.heading), math.sin(frame.heading)
     return (x - frame.x) * cosine + (y - frame.y) * sine, (y - frame.y) * cosine - (x - frame.x) * sine
+
+
+def wrapped_angles(angles: Array) -> Array:
+    """Return angles (rad) from -pi on, below pi. `floor_poses.wrapped` does it for one."""
+    return np.remainder(angles + math.pi, 2.0 * math.pi) - math.pi

@@ -13,7 +13,7 @@ from ..errors import UsageError
 from ..floor_poses import Pose, compose, relative
 from ..maps import FREE, GridMap
 from ..robots import Transducer
-from .certainty import Certainty
+from .certainty import NOT_TOLD, Certainty
 from .expected_ranges import LASER_BEAM, SONAR_BEAM, standing_room
 from .measurement import Beams, RangeModel
 from .pose_cloud import PoseCloud
@@ -116,7 +116,7 @@ class Localisation:
         self._recent.forget()
         self._search.give_up()
         self._known = False
-        self._certainty.lose("nobody told me, and I have not heard enough yet: drive me a little")
+        self._certainty.lose(NOT_TOLD)
         count = self._tuned.particles_searching
         self._cloud.put(self._search.random_poses(count), np.zeros(count), 0.0, 0.0, count)
 

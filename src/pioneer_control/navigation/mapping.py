@@ -16,6 +16,7 @@ import numpy as np
 from ..floor_poses import Pose, compose, relative, wrapped
 from ..maps import GridMap
 from ..robots import Transducer
+from .frames import wrapped_angles
 from .pose_graph import Between, PoseGraph
 from .scan_match import Match, match, wall_points
 from .sonar_grid import SonarBeams, SonarGrid, Votes
@@ -180,7 +181,7 @@ class Mapper:
     def _moved(self) -> Optional[int]:
         """Return the number of the stretch that moved most since it was drawn, if it moved far enough."""
         off = np.abs(self._graph.poses - np.array([each.pose for each in self._drawn]))
-        off[:, 2] = np.abs(np.remainder(off[:, 2] + np.pi, 2.0 * np.pi) - np.pi)
+        off[:, 2] = np.abs(wrapped_angles(off[:, 2]))
         moved = np.hypot(off[:, 0], off[:, 1]) / self._numbers.redrawn + off[:, 2] / self._numbers.redrawn_turn
         worst = int(moved.argmax())
         return worst if moved[worst] > 1.0 else None

@@ -50,13 +50,11 @@ class Readiness(NamedTuple):
     """What lets the robot move.
 
     Attributes:
-        sonar_on: the sonar is switched on.
         stalled: a wheel is driven but does not turn.
         may_command: nobody else has the helm.
         motors: motor power is on.
     """
 
-    sonar_on: bool = True
     stalled: bool = False
     may_command: bool = True
     motors: bool = True
@@ -126,13 +124,13 @@ class Navigator:
             grid_map: the map, which all poses and goals are on.
             chassis: the robot.
             numbers: the tuned numbers.
-            through_unknown: a way may lead over unknown floor, for a robot that makes its map. It drives only where
-                its sonar looks, as always.
+            through_unknown: the robot makes this map. A way may lead over unknown floor (the robot drives only where
+                its sonar looks, as always), and it does not give way: everything is new to it.
         """
         self._map, self._chassis, self._numbers = grid_map, chassis, numbers
         self._through_unknown = through_unknown
         self._floor = DrivableFloor(grid_map, chassis.half_width, numbers.planning, through_unknown)
-        self._edges = edge_cells(grid_map, self._floor.clearance)
+        self._edges = edge_cells(self._floor.clearance)
         self._obstacles = Obstacles(chassis, grid_map, self._floor.clearance, numbers.obstacles)
         self._steering = Steering(chassis, numbers.steering)
         self._task: Optional[_Task] = None
@@ -149,7 +147,7 @@ class Navigator:
         self._map = grid_map
         self._floor = DrivableFloor(grid_map, self._chassis.half_width, self._numbers.planning,
                                     self._through_unknown)
-        self._edges = edge_cells(grid_map, self._floor.clearance)
+        self._edges = edge_cells(self._floor.clearance)
         self._obstacles.use_map(grid_map, self._floor.clearance)
         if self._task is not None:
             self._task.planned, self._task.by_map = -math.inf, None
@@ -208,18 +206,19 @@ class Navigator:
         """Forget what was heard that is on no map."""
         self._obstacles.forget()
 
-    def step(self, sensing: Optional[Sensing], where: Optional[Whereabouts], health: Readiness, now: float) -> Decision:
+    def step(self, sensing: Optional[Sensing], where: Optional[Whereabouts], readiness: Readiness,
+             now: float) -> Decision:
         """Return what to do now.
 
         Args:
             sensing: the newest that the robot sensed; None before the first.
             where: where it is then; None when nobody knows.
-            health: what lets it move.
+            readiness: what lets it move.
             now: the time (s) on the clock of `sensing`.
         """
         sure = where is not None and where.sure and all(map(math.isfinite, where.pose))
         self._sense(sensing, where.pose if where is not None and sure else None)
-        if health.stalled:
+        if readiness.stalled:
             self._feel_stall(now)
         task = self._task
         if task is None:
@@ -227,7 +226,7 @@ class Navigator:
         if task.stalls >= self._numbers.navigator.most_stalls:
             return self._end(State.FAILED, "gave up: the wheels stalled %d times, by something that sonar does not hear"
                              % task.stalls)
-        hindrance = self._hindrance(sensing, health, now)
+        hindrance = self._hindrance(sensing, readiness, now)
         if hindrance:
             return self._wait(task, kind_of(hindrance), Decision(STOP, State.WAITING, hindrance), now)
         if not sure:
@@ -271,21 +270,19 @@ class Navigator:
                 self._task.stalls += 1
         self._stalled = now
 
-    def _hindrance(self, sensing: Optional[Sensing], health: Readiness, now: float) -> str:
+    def _hindrance(self, sensing: Optional[Sensing], readiness: Readiness, now: float) -> str:
         """Return why the robot must not move, for people. Empty when it may."""
         numbers = self._numbers.navigator
         if sensing is None or sensing is not self._last:
             return "the robot has sensed nothing that makes sense"
         if not abs(now - sensing.time) <= numbers.stale:
             return "what the robot sensed is %.1f s old" % (now - sensing.time)
-        if not health.motors:
+        if not readiness.motors:
             return "motor power is off"
-        if not health.may_command:
+        if not readiness.may_command:
             return "somebody else has the helm"
-        if health.stalled or now - self._stalled < numbers.rest:
+        if readiness.stalled or now - self._stalled < numbers.rest:
             return "a wheel stalls"
-        if not health.sonar_on:
-            return "the sonar is off"
         if not self._obstacles.live(now - numbers.silent):
             return "the sonar is silent"
         return ""
@@ -326,9 +323,9 @@ class Navigator:
         if now - task.progress > numbers.navigator.patience:
             return self._end(State.FAILED, "gave up: no way on for %.0f s, %.2f m from the goal" % (
                 now - task.progress, _apart(task.goal, pose)))
-        if self._apart_from_walking(now) < numbers.navigator.give_way:
-            return Decision(STOP, State.WAITING, _GIVING_WAY)
         around, live = self._around(pose, now), self._obstacles.live(now - numbers.navigator.silent)
+        if around.apart < numbers.navigator.give_way:
+            return Decision(STOP, State.WAITING, _GIVING_WAY)
         assert task.plan is not None
         choice = self._choose(task, pose, around, live, now)
         if choice is None:
@@ -404,7 +401,7 @@ class Navigator:
         return float(distance_outside(self._chassis.outline, x, y).min(initial=math.inf))
 
     def _choose(self, task: _Task, pose: Pose, around: Around, live: List[int], now: float) -> Optional[SteeringChoice]:
-        """Return the next velocity, or None when the robot stands at the goal."""
+        """Return the next velocity, or None when the robot stands at the goal. Note in the task whether it is there."""
         numbers, goal, plan = self._numbers.steering, task.goal, task.plan
         assert plan is not None
         distance = _apart(goal, pose)

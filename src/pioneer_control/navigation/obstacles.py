@@ -216,8 +216,11 @@ class Obstacles:
                     wrapped(start.heading + wrapped(end.heading - start.heading) * share))
 
 
-def edge_cells(grid_map: GridMap, clearance: Array) -> Array:
-    """Return which cells of a map are not free and touch a free one: the faces of walls, as an array of bools."""
+def edge_cells(clearance: Array) -> Array:
+    """Return which cells are not free and touch a free one: the faces of walls, as an array of bools.
+
+    For the argument see `Obstacles`.
+    """
     free = np.pad(clearance > 0.0, 1)
     beside = free[:-2, 1:-1] | free[2:, 1:-1] | free[1:-1, :-2] | free[1:-1, 2:]
     return beside & (clearance <= 0.0)

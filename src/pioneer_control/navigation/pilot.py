@@ -251,7 +251,7 @@ class Pilot:
         where = self._knows.sense(sensing)
         decision = self._navigator.step(sensing, where, readiness, sensing.time)
         explorer = self._explorer
-        if explorer is not None and not (readiness.may_command and readiness.motors and readiness.sonar_on):
+        if explorer is not None and not (readiness.may_command and readiness.motors):
             explorer.held_up(sensing.time)
         ended = decision.state not in WORKS
         if explorer is not None and ended:

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..floor_poses import Pose
+from .frames import wrapped_angles
 from .tuned import LocalisationNumbers
 
 Array = Any     # of numpy
@@ -90,7 +91,7 @@ class PoseCloud:
         weights /= weights.sum()
         middle = self.poses[weights.argmax()]
         off = self.poses - middle
-        off[:, 2] = (off[:, 2] + math.pi) % (2.0 * math.pi) - math.pi
+        off[:, 2] = wrapped_angles(off[:, 2])
         # from the likeliest pose to the middle of the poses about it
         inside = np.abs(off) < (MAIN_POSITION, MAIN_POSITION, MAIN_HEADING)
         near = weights * (inside[:, 0] & inside[:, 1] & inside[:, 2])

@@ -11,6 +11,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import splu
 
 from ..floor_poses import Pose
+from .frames import wrapped_angles
 from .wheel_motion import WheelBias
 
 Array = Any     # of numpy
@@ -99,7 +100,7 @@ class PoseGraph:
         expected = measured + np.einsum("nij,j->ni", by_bias, bias)
         error[:, 0] = cosine * way[:, 0] + sine * way[:, 1] - expected[:, 0]
         error[:, 1] = -sine * way[:, 0] + cosine * way[:, 1] - expected[:, 1]
-        error[:, 2] = np.remainder(way[:, 2] - expected[:, 2] + np.pi, 2.0 * np.pi) - np.pi
+        error[:, 2] = wrapped_angles(way[:, 2] - expected[:, 2])
         by_second, by_first = np.zeros((len(first), 3, 3)), np.zeros((len(first), 3, 3))
         by_second[:, 0, 0] = by_second[:, 1, 1] = cosine
         by_second[:, 0, 1], by_second[:, 1, 0], by_second[:, 2, 2] = sine, -sine, 1.0

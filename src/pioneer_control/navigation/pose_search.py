@@ -8,6 +8,7 @@ from typing import Any, Iterator, List, NamedTuple, Optional
 
 import numpy as np
 
+from .frames import wrapped_angles
 from .measurement import Beams, RangeModel
 from .tuned import LocalisationNumbers
 
@@ -145,7 +146,7 @@ def different_places(poses: Array, scores: Array, most: int) -> Any:
 
 def same_place(one: Array, other: Array) -> bool:
     """Return whether two poses (x, y, heading) are of one place."""
-    turn = (one[2] - other[2] + np.pi) % (2.0 * np.pi) - np.pi
+    turn = wrapped_angles(one[2] - other[2])
     return bool(np.hypot(one[0] - other[0], one[1] - other[1]) < SAME_PLACE and abs(turn) < SAME_HEADING)
 
 

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple, Optional, Tuple
 import numpy as np
 
 from ..floor_poses import Pose, wrapped
+from .frames import wrapped_angles
 from .sonar_grid import SonarBeams
 from .tuned import MatchNumbers
 
@@ -208,7 +209,7 @@ def _near(walls: Array, beams: SonarBeams, reach: float, turn: float, numbers: M
     """
     way_x, way_y = walls[:, 0] - beams.x[:, None], walls[:, 1] - beams.y[:, None]
     distance = np.hypot(way_x, way_y)
-    off = np.abs(np.remainder(np.arctan2(way_y, way_x) - beams.heading[:, None] + np.pi, 2.0 * np.pi) - np.pi)
+    off = np.abs(wrapped_angles(np.arctan2(way_y, way_x) - beams.heading[:, None]))
     slack = reach + 3.0 * numbers.blur
     near = ((np.abs(distance - beams.range[:, None]) < slack)
             & (off < numbers.half_cone + turn + np.arcsin(np.minimum(reach / np.maximum(distance, 1e-3), 1.0))))

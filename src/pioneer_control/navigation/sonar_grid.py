@@ -1,7 +1,7 @@
 """A map from sonar: each firing votes for cells that are free and for cells that are occupied. The grid grows.
 
 The votes of all firings are summed. So the votes of a part of the path can be taken out, and put in again from better
-poses (`submaps`). The sum for a cell is its log-odds to be occupied.
+poses (`mapping`). The sum for a cell is its log-odds to be occupied.
 
 An echo says that something is on its arc, but not where. It gives its votes to the cells of the arc in proportion to
 the present odds of each. Nothing is freed behind a cell that is occupied for sure: sound that meets a slanting wall

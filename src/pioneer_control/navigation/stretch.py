@@ -1,6 +1,6 @@
 """A stretch of the robot's path: a metre or so, with what was heard on it. It is small enough to be taken as rigid.
 
-Mapping moves whole stretches when it finds that they lie wrong (`submaps`, `pose_graph`).
+Mapping moves whole stretches when it finds that they lie wrong (`mapping`, `pose_graph`).
 """
 
 import math

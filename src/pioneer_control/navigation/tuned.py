@@ -1,6 +1,7 @@
 """The numbers of navigation that were tuned by measurement, and what each of them does: one table for each part.
 
-They were tuned with bench/navigation.py on its seeds 1000 to 1999. Each of them becomes a parameter of the node.
+They were tuned with bench/navigation.py on its seeds 1000 to 1999. The tables in `NavigationNumbers` are parameters of
+the node; `SensorNumbers` are not.
 """
 
 from dataclasses import dataclass
@@ -52,7 +53,8 @@ class LocalisationNumbers:
         0.2, Number(0.0, 1.0), "share of a reading's log-likelihood that counts: readings of one place err alike")
     laser_weight: float = parameter(0.03, Number(0.0, 1.0), "the same for each ray of a laser")
     full_way: float = parameter(
-        0.02, Number(0.001, 1.0), "way between two packets from which on the readings count so; less for less", "m")
+        0.02, Number(0.001, 1.0), "after such a way since the last readings they count fully; after a shorter one less",
+        "m")
     turn_as_way: float = parameter(0.3, Number(0.0, 5.0), "a turn of 1 rad counts as such a way", "m")
 
     remembered: int = parameter(500, Whole(50, 5000), "readings that a search compares poses with")
@@ -113,9 +115,10 @@ class PlanningNumbers:
     side: float = parameter(0.1, Number(0.02, 0.3), "side of the squares on which a way is found", "m")
     squeeze: float = parameter(0.045, Number(0, 1), "least distance of the robot's sides from a wall", "m")
     keep: float = parameter(0.075, Number(0, 1), "distance from a wall that is kept unless there is no other way", "m")
-    berth: float = parameter(0.28, Number(0.01, 3), "beyond that distance, where a metre begins to cost more", "m")
-    near_cost: float = parameter(6.0, Number(0, 1000), "what a metre at that distance costs more")
-    squeeze_cost: float = parameter(8.0, Number(0, 1000), "what a metre nearer than that distance costs more again")
+    berth: float = parameter(0.28, Number(0.01, 3), "so far beyond that distance a metre costs more", "m")
+    near_cost: float = parameter(
+        6.0, Number(0, 1000), "what a metre costs more at the distance that is kept; less farther away")
+    squeeze_cost: float = parameter(8.0, Number(0, 1000), "what a metre nearer than that costs besides")
     obstacle_cost: float = parameter(40.0, Number(0, 10000), "what a metre through an obstacle costs that is on no map")
     off_the_floor: float = parameter(20.0, Number(1, 1000), "cost of a metre where the robot must not be at all")
 
@@ -178,7 +181,8 @@ class SteeringNumbers:
 class NavigatorNumbers:
     """Numbers of `navigator`."""
 
-    better: float = parameter(0.8, Number(0.01, 1), "a new plan is taken if it costs less than this share")
+    better: float = parameter(
+        0.8, Number(0.01, 1), "a new plan is taken if it costs less than this share of the present way")
     plan_kept: float = parameter(6.0, Number(0, 600), "time after which a new plan is taken anyway", "s")
     replan: float = parameter(1.0, Number(0.1, 10), "time from one plan to the next", "s")
     stale: float = parameter(0.5, Number(0.1, 5), "what the robot senses is too old after this time", "s")
@@ -275,7 +279,8 @@ class ExploringNumbers:
     sees: float = parameter(1.0, Number(0.1, 3.0), "so near to an end of the map it turns to look at it", "m")
     still_unknown: float = parameter(0.25, Number(0.0, 1.0), "share of unknown cells from which an end is not known")
     given_up: float = parameter(0.5, Number(0.1, 5.0), "nothing so near to an end that was given up is tried", "m")
-    tries: int = parameter(3, Whole(1, 20), "so often an end is tried, though it became known each time")
+    tries: int = parameter(
+        3, Whole(1, 20), "an end is left alone after so many tries near it, also where each made it known")
     moved: float = parameter(0.25, Number(0.05, 2.0), "it gets on while it moves so far", "m")
     stuck: float = parameter(8.0, Number(1.0, 600.0), "time without getting on after which it gives up an end", "s")
     patience: float = parameter(20.0, Number(1.0, 600.0), "time that it takes for an end, at most", "s")

@@ -180,7 +180,6 @@ def test_a_goal_behind_a_wall_is_refused_also_when_it_was_given_before_the_robot
 
 
 @pytest.mark.parametrize("ready, reason", [
-    (Readiness(sonar_on=False), "the sonar is off"),
     (Readiness(stalled=True), "a wheel stalls"),
     (Readiness(may_command=False), "somebody else has the helm"),
     (Readiness(motors=False), "motor power is off"),

@@ -125,7 +125,7 @@ def test_what_stalled_the_wheels_is_kept_although_sonar_hears_through_it():
 def test_the_faces_of_walls_near_a_pose():
     grid_map = room()
     clearance = DrivableFloor(grid_map, 0.2, PlanningNumbers()).clearance
-    edges = edge_cells(grid_map, clearance)
+    edges = edge_cells(clearance)
     assert edges.sum() == 2 * 118 + 2 * 78
     x, y = cells_near(grid_map, edges, Pose(1.0, 2.0, math.pi), 1.5)
     assert len(x) and x == pytest.approx(np.full(len(x), 1.0 - 0.025)), "one wall, ahead of the turned robot"

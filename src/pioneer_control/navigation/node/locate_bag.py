@@ -1,8 +1,8 @@
 """Where a robot was, or its map, from a bag: ``rosrun pioneer_control locate_bag IN.bag OUT.bag --map lab.yaml``.
 
-The bag may come from this package or from p2os: sonar and pose are enough. The new bag has all of the old one, and
-beside it the topics of navigation, as if it had run. Without a map one is made, and ``--save-map`` saves it. The same
-bag gives the same poses and the same map.
+The bag may come from this package or from p2os: sonar and pose are enough. The new bag has all of the old one but its
+navigation, amcl_pose, particlecloud and map: these are made anew, as if navigation had run. Without a map one is made,
+and ``--save-map`` saves it. The same bag gives the same poses and the same map.
 """
 
 import os
