@@ -39,6 +39,7 @@ class Around(NamedTuple):
         standing_x, standing_y: all that is there: each echo that is remembered, and the walls of the map.
         walking_x, walking_y: of these, echoes of the last moments that no wall of the map explains: it may walk.
         apart: distance from the outline to the nearest place on no map that has not yet proved to stand still.
+        beside: the same to the nearest place on no map that was heard in the last moments, also one that stands still.
     """
 
     standing_x: Array
@@ -46,6 +47,7 @@ class Around(NamedTuple):
     walking_x: Array
     walking_y: Array
     apart: float = math.inf
+    beside: float = math.inf
 
 
 class SteeringChoice(NamedTuple):
@@ -211,6 +213,8 @@ class Steering:
         coming = tuned.walking * (tuned.reaction + speed / braking)      # how far somebody walks until it stands
         allowed = ((standing[self._number] > needed) & (walking[self._number] > needed + np.where(turn, 0.0, coming))
                    & (coming < around.apart) & self.moves.covered(live)[self._number])
+        if around.beside < tuned.passes_by:      # who stands there may begin to walk
+            allowed &= np.abs(self._linear) <= tuned.passing
         if slow:
             allowed &= (np.abs(self._linear) <= _SLOW[0]) & (np.abs(self._angular) <= _SLOW[1])
         allowed[-1] = True

@@ -308,9 +308,9 @@ class Navigator:
         reason = _LOST if where is None or not where.reason else "%s: %s" % (_LOST, where.reason)
         twist = STOP
         waits = task.waits_for == _LOST and task.waits_since is not None and now - task.waits_since > 0.5
-        if waits and numbers.unsure_turn > 0.0 and self._apart_from_walking(now) >= numbers.give_way:
+        around = self._around(self._reckoned(), now)
+        if waits and numbers.unsure_turn > 0.0 and around.apart >= numbers.give_way:
             rate = math.copysign(min(numbers.unsure_turn, self._chassis.max_angular), task.told.angular)
-            around = self._around(self._reckoned(), now)
             turns = [each for each in (rate, -rate) if self._steering.may_turn(each, self._velocity, around)]
             twist = Twist(0.0, turns[0]) if turns else STOP
         task.told = twist
@@ -387,19 +387,6 @@ class Navigator:
         return "%s, %.1f m to go" % (_GOING_ROUND if task.round else reason,
                                      length_of(task.plan.points_from(pose[:2])))
 
-    def _apart_from_walking(self, now: float) -> float:
-        """Return how far (m) from the outline the nearest is that is on no map and has not yet proved to stand still.
-
-        A robot that makes its map has everything on no map yet: it does not ask.
-        """
-        if self._through_unknown:
-            return math.inf
-        places = self._obstacles.heard()
-        young = places.chosen(~places.mapped & (now - places.since < self._numbers.obstacles.proves_still))
-        assert self._last is not None
-        x, y = into(self._last.odometry, young.x, young.y)
-        return float(distance_outside(self._chassis.outline, x, y).min(initial=math.inf))
-
     def _choose(self, task: _Task, pose: Pose, around: Around, live: List[int], now: float) -> Optional[SteeringChoice]:
         """Return the next velocity, or None when the robot stands at the goal. Note in the task whether it is there."""
         numbers, goal, plan = self._numbers.steering, task.goal, task.plan
@@ -439,13 +426,20 @@ class Navigator:
         return np.column_stack(out_of(pose, *into(self._last.odometry, places.x, places.y)))
 
     def _around(self, pose: Optional[Pose], now: float) -> Around:
-        """Return what is around the robot: what was heard, and the walls of the map if there is a pose on it."""
-        places = self._obstacles.heard()
+        """Return what is around the robot: what was heard, and the walls of the map if there is a pose on it.
+
+        A robot that makes its map has everything on no map yet: it is beside nothing that may walk.
+        """
+        tuned, places = self._numbers.obstacles, self._obstacles.heard()
         assert self._last is not None
         x, y = into(self._last.odometry, places.x, places.y)
-        walking = ~places.mapped & (now - places.time < self._numbers.obstacles.young)
+        walking = ~places.mapped & (now - places.time < tuned.young)
+        unproven = ~places.mapped & (now - places.since < tuned.proves_still)
+        off = distance_outside(self._chassis.outline, x, y)
+        apart, beside = (math.inf if self._through_unknown else float(off[which].min(initial=math.inf))
+                         for which in (unproven, walking))
         wall_x, wall_y = (np.zeros(0),) * 2 if pose is None else cells_near(self._map, self._edges, pose, _NEAR)
-        return Around(np.append(x, wall_x), np.append(y, wall_y), x[walking], y[walking], self._apart_from_walking(now))
+        return Around(np.append(x, wall_x), np.append(y, wall_y), x[walking], y[walking], apart, beside)
 
 
 def _apart(one: Pose, other: Pose) -> float:

@@ -70,6 +70,12 @@ def test_beside_what_may_walk_it_stands_before_that_can_be_there(apart, moves):
         assert (twist == STOP or stands_after * numbers.walking < apart) and (twist != STOP) == moves
 
 
+@pytest.mark.parametrize("beside, fastest", [(0.1, 0.2), (0.3, 0.4)])
+def test_it_passes_slowly_by_what_is_on_no_map_though_it_stood_still(beside, fastest):
+    around_it = around()._replace(beside=beside)
+    assert 0.7 * fastest < choose((4.5, 2.0), velocity=Twist(0.2, 0.0), what=around_it).twist.linear <= fastest
+
+
 def test_it_stands_when_every_way_is_blocked():
     ring = [(0.37 * math.cos(a), 0.37 * math.sin(a)) for a in np.arange(0.0, 6.3, 0.05)]
     assert choose((4.5, 2.0), what=around(ring)) == (STOP, "the way is blocked", True)

@@ -126,6 +126,19 @@ def test_it_goes_on_beside_what_has_proved_to_stand_still():
     assert 1.8 < run.time - began < 3.0
 
 
+def test_beside_what_stands_still_and_is_on_no_map_it_is_slow_for_that_may_begin_to_walk():
+    post = (1.2, 2.0 + chassis_of().half_width + 0.14)
+    run, speeds = Run(start=Pose(1.0, 2.0, 0.0), posts=[post]), []
+    run.step()
+    assert run.navigator.go_to(4.5, 2.0, None, run.time) == ""
+    while "giving way" not in run.step().reason:
+        pass
+    while run.step().state is not State.REACHED and run.time < 200.0:
+        speeds.append((run.pose.x < post[0], run.decision.twist.linear))
+    assert run.decision.state is State.REACHED
+    assert 0.1 < max(speed for beside, speed in speeds if beside) <= 0.2 < max(speed for _, speed in speeds)
+
+
 def test_without_a_goal_it_stands():
     assert Run().step() == (STOP, State.IDLE, "no goal")
 
