@@ -25,6 +25,7 @@ from .values import Sensing, Twist
 Array = Any     # of numpy
 _NEAR = 1.8     # m: farther faces of walls cannot end a move
 _TRAIL, _TRAIL_STEP = 40, 0.015     # poses; m, rad
+_STANDS_AFTER = 0.5     # s: then a robot that was stopped stands, and may look around
 _GIVING_WAY = "giving way: something that is on no map is near, and may walk"
 _LOST = "the robot does not know where it is"
 _GOING_ROUND = "going round what is on no map"
@@ -307,7 +308,7 @@ class Navigator:
         task.planned, task.at_goal = -math.inf, False
         reason = _LOST if where is None or not where.reason else "%s: %s" % (_LOST, where.reason)
         twist = STOP
-        waits = task.waits_for == _LOST and task.waits_since is not None and now - task.waits_since > 0.5
+        waits = task.waits_for == _LOST and task.waits_since is not None and now - task.waits_since > _STANDS_AFTER
         around = self._around(self._reckoned(), now)
         if waits and numbers.unsure_turn > 0.0 and around.apart >= numbers.give_way:
             rate = math.copysign(min(numbers.unsure_turn, self._chassis.max_angular), task.told.angular)

@@ -96,7 +96,7 @@ class LocalisationNumbers:
     unsure_explained: float = parameter(
         0.7, Number(0.0, 1.0), "a sure pose should explain more than this share of the usual share of echoes")
     unsure_missed: float = parameter(
-        18.0, Number(1.0, 1000.0), "unsure when so many echoes fewer than that are explained, since enough were")
+        18.0, Number(1.0, 1000.0), "a pose is doubted when the echoes that it misses of that share add up to so many")
     standing_readings: int = parameter(
         12, Whole(1, 100), "so many readings of each sensor count once the robot has come to stand, or a range changes")
     sure_explained: float = parameter(

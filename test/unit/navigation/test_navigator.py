@@ -101,7 +101,7 @@ def test_it_says_what_it_does_and_how_far_it_has_to_go(posts, doing):
 
 def test_a_reason_is_of_the_same_kind_with_another_number():
     assert kind_of("on the way, 3.2 m to go") == kind_of("on the way, 12.0 m to go")
-    assert kind_of("a wheel stalls") != kind_of("the sonar is off")
+    assert kind_of("a wheel stalls") != kind_of("the sonar is silent")
 
 
 def stands(run):
