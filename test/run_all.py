@@ -46,15 +46,15 @@ class Suite(NamedTuple):
     environment: Dict[str, str] = {}
 
 
-class Stage(NamedTuple):
-    """Suites that may run side by side, at most `at_once` at the same time."""
+class Row(NamedTuple):
+    """Suites that begin in this order, at most `at_once` at the same time."""
 
     suites: List[Suite]
     at_once: int = 1
 
 
-def rows_of_stages(source: pathlib.Path, results: pathlib.Path, cores: int) -> List[List[Stage]]:
-    """Return all tests. In each row, a stage begins when the previous one has ended. The rows run beside each other.
+def all_rows(source: pathlib.Path, results: pathlib.Path, cores: int) -> List[Row]:
+    """Return all tests, in rows that run beside each other.
 
     Together they keep the processors busy, and do not overload them: on an overloaded machine, all takes longer
     altogether, and tests that watch a robot in real time see it stand still.
@@ -65,7 +65,7 @@ def rows_of_stages(source: pathlib.Path, results: pathlib.Path, cores: int) -> L
         pytest_suite("integration", results, 3 * cores), pytest_suite("browser", results, cores + 1),
         pytest_suite("unit", results, cores), pytest_suite("messages", results, cores)]
     checks = [check_suite("mypy", results), check_suite("flake8", results)]
-    return [[Stage(of_pytest)], [Stage([rostest_suite(path, results) for path in rostests] + checks, cores)]]
+    return [Row(of_pytest), Row([rostest_suite(path, results) for path in rostests] + checks, cores)]
 
 
 def pytest_suite(kind: str, results: pathlib.Path, workers: int) -> Suite:
@@ -161,23 +161,20 @@ class Interruption:
         return bool(self.signal_name)
 
 
-class Row:
-    """Stages, one after the other."""
+class RunningRow:
+    """A row that runs."""
 
-    def __init__(self, stages: Sequence[Stage], results: pathlib.Path, logs: pathlib.Path, limit: float):
-        self._stages = [Stage(list(stage.suites), stage.at_once) for stage in stages]
+    def __init__(self, row: Row, results: pathlib.Path, logs: pathlib.Path, limit: float):
+        self._waiting, self._at_once = list(row.suites), row.at_once
         self._running: List[Running] = []
         self._results, self._logs, self._limit = results, logs, limit
 
     def turn(self) -> bool:
         """Start what may start. Returns whether there is something left that runs or waits."""
         self._running = [suite for suite in self._running if not suite.look(self._limit)]
-        while self._stages and not self._stages[0].suites and not self._running:
-            self._stages.pop(0)
-        suites, at_once = self._stages[0] if self._stages else Stage([])
-        while suites and len(self._running) < at_once:
-            self._running.append(Running(suites.pop(0), self._results, self._logs))
-        return bool(self._stages)
+        while self._waiting and len(self._running) < self._at_once:
+            self._running.append(Running(self._waiting.pop(0), self._results, self._logs))
+        return bool(self._running)
 
     def interrupt(self) -> None:
         """Ask all that runs to end."""
@@ -190,10 +187,10 @@ class Row:
             suite.end()
 
 
-def run(rows: Sequence[Sequence[Stage]], results: pathlib.Path, logs: pathlib.Path, interruption: Interruption,
+def run(rows: Sequence[Row], results: pathlib.Path, logs: pathlib.Path, interruption: Interruption,
         limit: float = LIMIT) -> None:
-    """Run rows of stages beside each other to their end, or until an interruption."""
-    running = [Row(stages, results, logs, limit) for stages in rows]
+    """Run rows beside each other to their end, or until an interruption."""
+    running = [RunningRow(row, results, logs, limit) for row in rows]
     while any([row.turn() for row in running]) and not interruption:
         time.sleep(0.05)
     for row in running:
@@ -206,7 +203,7 @@ def main(arguments: Sequence[str]) -> int:
     """Run all tests. Returns the exit status: 0 when all suites ran to their end, whatever their results are."""
     source, results, logs = map(pathlib.Path, arguments)
     interruption = Interruption()
-    run(rows_of_stages(source, results, len(os.sched_getaffinity(0))), results, logs, interruption)
+    run(all_rows(source, results, len(os.sched_getaffinity(0))), results, logs, interruption)
     if interruption:
         print("%s: all tests are ended" % interruption.signal_name)
         return 130

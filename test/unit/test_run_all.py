@@ -38,7 +38,7 @@ def until(condition):
 
 @pytest.fixture
 def run_rows(tmp_path, capsys):
-    """Run rows of stages. Returns the statuses, and the output."""
+    """Run rows. Returns the statuses, and the output."""
     def run(*rows, limit=LIMIT):
         run_all.run(rows, tmp_path / "results", tmp_path / "logs", NoInterruption(), limit)
         statuses = {path.parent.name: path.read_text().strip() for path in (tmp_path / "results").rglob("status")}
@@ -49,8 +49,8 @@ def run_rows(tmp_path, capsys):
 
 @pytest.fixture
 def run(run_rows):
-    """Run suites as one stage. Returns the statuses, and the output."""
-    return lambda *suites, at_once=1, **limit: run_rows([run_all.Stage(list(suites), at_once)], **limit)
+    """Run suites as one row. Returns the statuses, and the output."""
+    return lambda *suites, at_once=1, **limit: run_rows(run_all.Row(list(suites), at_once), **limit)
 
 
 def test_a_good_suite_is_told_in_a_line(run):
@@ -78,14 +78,8 @@ def test_suites_run_beside_each_other(run, tmp_path):
 
 
 def test_rows_run_beside_each_other(run_rows, tmp_path):
-    statuses, _ = run_rows(*([run_all.Stage([each])] for each in pair_that_meets(tmp_path)))
+    statuses, _ = run_rows(*(run_all.Row([each]) for each in pair_that_meets(tmp_path)))
     assert statuses == {"a": "0", "b": "0"}
-
-
-def test_a_stage_begins_when_the_one_before_it_in_its_row_has_ended(run_rows, tmp_path):
-    first = [suite("quick", "true"), suite("slow", "sleep 0.2; touch %s/done" % tmp_path)]
-    statuses, _ = run_rows([run_all.Stage(first, 2), run_all.Stage([suite("next", "test -e %s/done" % tmp_path)], 2)])
-    assert statuses == {"quick": "0", "slow": "0", "next": "0"}
 
 
 def test_no_more_of_them_than_may(run, tmp_path):
@@ -129,8 +123,7 @@ import run_all
 script = "trap 'sleep 0.2; touch %s/ended-$0; exit' INT; touch %s/began-$0; while :; do sleep 0.01; done"
 suites = [run_all.Suite("rostest", name, ["/bin/bash", "-c", script, name]) for name in "abc"]
 later = [run_all.Suite("rostest", "later", ["/bin/bash", "-c", script, "later"])]
-run_all.rows_of_stages = lambda *_: [
-    [run_all.Stage(suites[:1]), run_all.Stage(later)], [run_all.Stage(suites[1:]), run_all.Stage(later)]]
+run_all.all_rows = lambda *_: [run_all.Row(suites[:1] + later), run_all.Row(suites[1:] + later)]
 sys.exit(run_all.main(sys.argv[1:]))
 """ % (str(ROOT / "test"), tmp_path, tmp_path)
     command = [sys.executable, "-c", program, str(ROOT), str(tmp_path / "results"), str(tmp_path / "logs")]
@@ -143,9 +136,8 @@ sys.exit(run_all.main(sys.argv[1:]))
     assert signal.Signals(number).name in printed
 
 
-def test_every_folder_and_rostest_is_in_a_stage():
-    suites = [each for row in run_all.rows_of_stages(ROOT, pathlib.Path("results"), 2) for stage in row
-              for each in stage.suites]
+def test_every_folder_and_rostest_is_in_a_row():
+    suites = [each for row in run_all.all_rows(ROOT, pathlib.Path("results"), 2) for each in row.suites]
     folders = {each.command[-1] for each in suites if each.name == "pytest"}
     assert folders == {"test/unit", "test/messages", "test/integration", "test/browser"}
     rostests = [each.name for each in suites if each.kind == "rostest"]
@@ -154,6 +146,5 @@ def test_every_folder_and_rostest_is_in_a_stage():
 
 
 def test_rostests_run_beside_the_suites_of_pytest():
-    rows = [[{each.kind for each in stage.suites} for stage in row]
-            for row in run_all.rows_of_stages(ROOT, pathlib.Path("results"), 2)]
-    assert rows == [[{"integration", "browser", "unit", "messages"}], [{"rostest", "mypy", "flake8"}]]
+    rows = [{each.kind for each in row.suites} for row in run_all.all_rows(ROOT, pathlib.Path("results"), 2)]
+    assert rows == [{"integration", "browser", "unit", "messages"}, {"rostest", "mypy", "flake8"}]
