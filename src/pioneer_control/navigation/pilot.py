@@ -91,6 +91,10 @@ class KnownMap:
         """Return where the robot is."""
         return self._localisation.update(sensing)
 
+    def told(self, velocity: Twist) -> None:
+        """The robot is told this velocity."""
+        self._localisation.told = velocity
+
 
 class OwnMap:
     """Makes a map while the robot drives, and knows where the robot is on it.
@@ -132,6 +136,9 @@ class OwnMap:
     def sense(self, sensing: Sensing) -> Where:
         """Add what was sensed to the map, and return where the robot is on it."""
         return Where(sensing.time, self._mapper.update(sensing), True, self._covariance, "")
+
+    def told(self, velocity: Twist) -> None:
+        """The robot is told this velocity. The map is made from what it senses alone."""
 
     def finish(self) -> None:
         """Draw the whole map anew with all that is known now."""
@@ -267,6 +274,7 @@ class Pilot:
             self._goal = None
         self.step = PilotStep(sensing.time, sensing.odometry, where, decision.state, decision.reason, decision.twist,
                               self._goal, self._navigator.plan)
+        self._knows.told(decision.twist)
         return self.step
 
     def _explore_on(self, explorer: Explorer, where: Where, ended: Decision) -> Decision:

@@ -9,6 +9,7 @@ from small_worlds import ROOM, TRANSDUCERS, SensingRobot, map_of, off, unknown_m
 from pioneer_control.errors import UsageError
 from pioneer_control.floor_poses import Pose
 from pioneer_control.navigation.localisation import Localisation
+from pioneer_control.navigation.values import Twist
 
 MAP = map_of(ROOM)
 START = Pose(3.2, 1.0, 2.6)
@@ -77,6 +78,25 @@ def test_being_carried_away_is_noticed_by_a_robot_that_stands():
     robot, localisation = localised()
     robot.pose = Pose(5.4, 3.3, 0.5)
     assert not [localisation.update(robot.step(0.0, 0.0)) for _ in range(50)][-1].sure
+
+
+@pytest.mark.parametrize("speed, told, tells, sure", [
+    (0.3, 0.0, 0.0, False), (0.0, 0.3, 0.0, False), (0.3, 0.3, 0.75, True), (0.0, 0.0, 0.0, True)])
+def test_what_a_robot_drove_unseen_makes_it_unsure_until_it_has_listened(speed, told, tells, sure):
+    """It goes on as it drove (m/s), or as it was told, while its line is silent, until its watchdog stops it. Then
+    odometry tells a part of the way (m).
+    """
+    robot, localisation = localised()
+    for _ in range(5):
+        localisation.update(robot.step(0.1 * speed, 0.0))
+    localisation.told = Twist(told, 0.0)
+    robot.time += 2.5
+    x, y, heading = robot.pose
+    hidden = 2.5 * max(speed, told) - tells
+    robot.pose = Pose(x + hidden * math.cos(heading), y + hidden * math.sin(heading), heading)
+    assert localisation.update(robot.step(tells, 0.0)).sure == sure
+    result = circle(robot, localisation, 10.0)[-1]
+    assert result.sure and off(result, robot)[0] < 0.15
 
 
 def test_as_soon_as_it_is_unsure_it_searches():
