@@ -16,6 +16,7 @@ Where it is:
 ``measurement``      how well a pose explains readings; ``expected_ranges``: what a map lets expect
 ``recent_readings``  readings with the place of their sensor
 ``wheel_calibration``  how the wheels err, learnt while it drives
+``unseen_motion``    what it may have driven while nobody heard of it
 
 How it gets to a goal:
 

@@ -20,19 +20,14 @@ from .pose_cloud import PoseCloud
 from .pose_search import Found, PoseSearch, same_place
 from .recent_readings import FiringPoses, RecentReadings, scan_beams
 from .tuned import LASER_NUMBERS, SONAR_NUMBERS, LocalisationNumbers
-from .values import Scan, Sensing, Twist
+from .unseen_motion import UnseenMotion
+from .values import Scan, Sensing
 from .wheel_calibration import WheelCalibration
 
 Array = Any     # of numpy
 
 LONGEST_STEP = 1.0
 """No robot drives farther (m) from one packet to the next: odometry that does so has been reset."""
-LONGEST_SILENCE = 0.5
-"""After a longer time (s) without a packet, the robot may have driven on unseen."""
-WATCHDOG = 2.5
-"""A robot that is told nothing stands after this time (s): its watchdog (2 s, p2os-protocol.md), and its brakes."""
-SHORTEST_UNSEEN = 0.1
-"""A shorter unseen way (m) or turn (rad) makes nothing unsure."""
 OFF_THE_FLOOR = 50.0
 """What the log-likelihood of a pose loses where no floor is free."""
 SHORTEST_WAY = 0.003
@@ -79,7 +74,7 @@ class Localisation:
 
     Attributes:
         where: the last result; None before the first packet.
-        told: the velocity that the robot was told last, by whoever navigates. It may drive on with it unseen.
+        unseen: what the robot may have driven while nobody heard of it.
     """
 
     def __init__(self, grid_map: GridMap, transducers: Sequence[Transducer],
@@ -96,14 +91,12 @@ class Localisation:
         self._firing_poses = FiringPoses(transducers)
         self._recent = RecentReadings(tuned.remembered)
         self._certainty = Certainty(tuned)
-        self._wheels = WheelCalibration()
+        self._wheels, self.unseen = WheelCalibration(), UnseenMotion()
         self._pose = Pose(0.0, 0.0, 0.0)
         self._odometry: Optional[Pose] = None       # as the wheels measured it
-        self._moved_at, self._velocity = -np.inf, Pose(0.0, 0.0, 0.0)       # s; m/s, m/s, rad/s
         self._next_search, self._searched = 0.0, 0      # its time (s); readings heard at the last one
         self._search_odometry = Pose(0.0, 0.0, 0.0)
         self.where: Optional[Where] = None
-        self.told = Twist(0.0, 0.0)
         self.unknown_start()
 
     @property
@@ -148,8 +141,9 @@ class Localisation:
 
     def _move(self, odometry: Pose, time: float) -> None:
         """Move the cloud to new odometry, of a time (s)."""
-        step, silence = relative(self._odometry or odometry, odometry), time - self._moved_at
-        self._odometry, self._moved_at = odometry, time
+        step = relative(self._odometry or odometry, odometry)
+        self._odometry = odometry
+        unseen = self.unseen.after(time, step)
         if abs(step.x) + abs(step.y) > LONGEST_STEP:
             self._recent.forget()
             self._search.give_up()
@@ -157,25 +151,17 @@ class Localisation:
         step = self._wheels.corrected(step)
         self._cloud.move(step)
         self._pose = compose(self._pose, step)
-        if silence > LONGEST_SILENCE:
-            self._go_on_unseen(min(silence, WATCHDOG), step)
-        elif silence > 0.0:
-            self._velocity = Pose(*(each / silence for each in step))
+        if unseen is not None and self._certainty.sure:
+            self._spread_along(unseen)
         way = float(np.hypot(step.x, step.y)) + self._tuned.turn_as_way * abs(step.heading)
         for sense in (self._sonar, self._laser):
             if sense is not None:
                 sense.way += way
 
-    def _go_on_unseen(self, time: float, step: Pose) -> None:
-        """Spread the cloud: for a time (s) the robot may have gone on as before or as told; odometry tells only a step.
-
-        It tells too little when the robot was connected anew: nobody saw the way until the watchdog stopped it.
-        """
-        ahead = max(self._velocity.x, self.told.linear, key=abs) * time - step.x
-        turn = max(self._velocity.heading, self.told.angular, key=abs) * time - step.heading
-        if self._certainty.sure and max(abs(ahead), abs(turn)) > SHORTEST_UNSEEN:
-            middle = compose(self._pose, Pose(ahead / 2.0, 0.0, turn / 2.0))
-            self.known_start(middle, abs(ahead) / 2.0 + SHORTEST_UNSEEN, abs(turn) / 2.0 + SHORTEST_UNSEEN)
+    def _spread_along(self, unseen: Pose) -> None:
+        """Spread the cloud: the robot may be anywhere on a motion (m, rad) that nobody saw."""
+        middle = compose(self._pose, Pose(unseen.x / 2.0, 0.0, unseen.heading / 2.0))
+        self.known_start(middle, abs(unseen.x) / 2.0 + 0.1, abs(unseen.heading) / 2.0 + 0.1)
 
     def _take(self, sense: Sense, beams: Beams, time: float) -> Where:
         """Weigh the cloud by readings, the less the shorter the way since the last ones: standing tells nothing new."""

@@ -93,7 +93,7 @@ class KnownMap:
 
     def told(self, velocity: Twist) -> None:
         """The robot is told this velocity."""
-        self._localisation.told = velocity
+        self._localisation.unseen.told = velocity
 
 
 class OwnMap:

@@ -89,7 +89,7 @@ def test_what_a_robot_drove_unseen_makes_it_unsure_until_it_has_listened(speed, 
     robot, localisation = localised()
     for _ in range(5):
         localisation.update(robot.step(0.1 * speed, 0.0))
-    localisation.told = Twist(told, 0.0)
+    localisation.unseen.told = Twist(told, 0.0)
     robot.time += 2.5
     x, y, heading = robot.pose
     hidden = 2.5 * max(speed, told) - tells
