@@ -40,6 +40,7 @@ class Around(NamedTuple):
         walking_x, walking_y: of these, echoes of the last moments that no wall of the map explains: it may walk.
         apart: distance from the outline to the nearest place on no map that has not yet proved to stand still.
         beside: the same to the nearest place on no map that was heard in the last moments, also one that stands still.
+        late: how much later than usual the robot may react (s).
     """
 
     standing_x: Array
@@ -48,6 +49,7 @@ class Around(NamedTuple):
     walking_y: Array
     apart: float = math.inf
     beside: float = math.inf
+    late: float = 0.0
 
 
 class SteeringChoice(NamedTuple):
@@ -209,8 +211,9 @@ class Steering:
         turn = self.moves.direction[self._number] == 0
         speed = np.where(turn, np.abs(self._angular), np.abs(self._linear))
         braking = np.where(turn, tuned.turn_acceleration, tuned.braking)
-        needed = speed * tuned.reaction + speed ** 2 / (2.0 * braking) + tuned.spare
-        coming = tuned.walking * (tuned.reaction + speed / braking)      # how far somebody walks until it stands
+        reaction = tuned.reaction + around.late
+        needed = speed * reaction + speed ** 2 / (2.0 * braking) + tuned.spare
+        coming = tuned.walking * (reaction + speed / braking)      # how far somebody walks until it stands
         allowed = ((standing[self._number] > needed) & (walking[self._number] > needed + np.where(turn, 0.0, coming))
                    & (coming < around.apart) & self.moves.covered(live)[self._number])
         if around.beside < tuned.passes_by:      # who stands there may begin to walk

@@ -17,6 +17,7 @@ from ..maps.grid_map import GridMap
 from .chassis import Chassis, distance_outside
 from .driving import STOP, Around, SteeringChoice, Steering
 from .frames import into, out_of
+from .lateness import Lateness
 from .obstacles import Obstacles, cells_near, edge_cells
 from .planning import DrivableFloor, Point, RoutePlan, length_of
 from .tuned import NavigationNumbers
@@ -138,6 +139,7 @@ class Navigator:
         self._ended = Decision(STOP, State.IDLE, "no goal")
         self._last: Optional[Sensing] = None
         self._velocity = STOP
+        self._lateness, self._late = Lateness(), 0.0    # s, how much later than usual it may react now
         self._place: Optional[Pose] = None              # where it was sure to be last
         self._place_odometry = Pose(0.0, 0.0, 0.0)      # its odometry there
         self._stalled = -math.inf       # s, when a wheel last stalled
@@ -215,10 +217,11 @@ class Navigator:
             sensing: the newest that the robot sensed; None before the first.
             where: where it is then; None when nobody knows.
             readiness: what lets it move.
-            now: the time (s) on the clock of `sensing`.
+            now: the time (s) on the clock of `sensing`. The later the answers are, the slower the robot is near
+                anything.
         """
         sure = where is not None and where.sure and all(map(math.isfinite, where.pose))
-        self._sense(sensing, where.pose if where is not None and sure else None)
+        self._sense(sensing, where.pose if where is not None and sure else None, now)
         if readiness.stalled:
             self._feel_stall(now)
         task = self._task
@@ -240,7 +243,7 @@ class Navigator:
                 return self._end(State.FAILED, refusal)
         return self._drive(task, where.pose, now)
 
-    def _sense(self, sensing: Optional[Sensing], pose: Optional[Pose]) -> None:
+    def _sense(self, sensing: Optional[Sensing], pose: Optional[Pose], now: float) -> None:
         if sensing is None or sensing is self._last or not all(map(math.isfinite, (sensing.time, *sensing.odometry))):
             return
         last = self._last
@@ -254,7 +257,7 @@ class Navigator:
             turned = wrapped(sensing.odometry.heading - last.odometry.heading)
             self._velocity = Twist(float(along) / time, turned / time)
         self._obstacles.hear(sensing, pose)
-        self._last = sensing
+        self._last, self._late = sensing, self._lateness.of(sensing.time, now)
         if not self._trail or _apart(sensing.odometry, self._trail[-1]) > _TRAIL_STEP or abs(
                 wrapped(sensing.odometry.heading - self._trail[-1].heading)) > _TRAIL_STEP:
             self._trail.append(sensing.odometry)
@@ -440,7 +443,8 @@ class Navigator:
         apart, beside = (math.inf if self._through_unknown else float(off[which].min(initial=math.inf))
                          for which in (unproven, walking))
         wall_x, wall_y = (np.zeros(0),) * 2 if pose is None else cells_near(self._map, self._edges, pose, _NEAR)
-        return Around(np.append(x, wall_x), np.append(y, wall_y), x[walking], y[walking], apart, beside)
+        return Around(np.append(x, wall_x), np.append(y, wall_y), x[walking], y[walking], apart, beside,
+                      self._late)
 
 
 def _apart(one: Pose, other: Pose) -> float:

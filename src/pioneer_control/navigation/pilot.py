@@ -253,10 +253,10 @@ class Pilot:
         self.step = self.step._replace(state=State.WAITING, reason=reason, twist=STAND)
         return self.step
 
-    def sense(self, sensing: Sensing, readiness: Readiness) -> PilotStep:
-        """Take what the robot sensed in one packet, and return what to do."""
+    def sense(self, sensing: Sensing, readiness: Readiness, late: float = 0.0) -> PilotStep:
+        """Take what the robot sensed in one packet, of which one hears so late (s), and return what to do."""
         where = self._knows.sense(sensing)
-        decision = self._navigator.step(sensing, where, readiness, sensing.time)
+        decision = self._navigator.step(sensing, where, readiness, sensing.time + late)
         explorer = self._explorer
         if explorer is not None and not (readiness.may_command and readiness.motors):
             explorer.held_up(sensing.time)

@@ -76,6 +76,17 @@ def test_it_passes_slowly_by_what_is_on_no_map_though_it_stood_still(beside, fas
     assert 0.7 * fastest < choose((4.5, 2.0), velocity=Twist(0.2, 0.0), what=around_it).twist.linear <= fastest
 
 
+@pytest.mark.parametrize("walking", [False, True])
+def test_the_later_it_reacts_the_slower_it_comes_near(walking):
+    face = wall(1.1, -2.0, 2.0)
+    what = around(face, face if walking else ())
+    speeds = [choose((4.5, 2.0), velocity=Twist(0.2, 0.0), what=what._replace(late=late)).twist.linear
+              for late in (0.0, 1.5, 3.0)]
+    assert speeds[0] > 0.3 and max(speeds[1:]) < 0.8 * speeds[0] and speeds[-1] < 0.1
+    beside = around()._replace(apart=0.35, late=0.3)
+    assert choose((4.5, 2.0), velocity=Twist(0.2, 0.0), what=beside).twist == STOP
+
+
 def test_it_stands_when_every_way_is_blocked():
     ring = [(0.37 * math.cos(a), 0.37 * math.sin(a)) for a in np.arange(0.0, 6.3, 0.05)]
     assert choose((4.5, 2.0), what=around(ring)) == (STOP, "the way is blocked", True)

@@ -225,6 +225,17 @@ def test_it_stands_when_what_it_senses_is_old_or_stops():
     assert run.step(sensing=old).twist == STOP
 
 
+@pytest.mark.parametrize("late, gap, speed", [(0.0, 0.1, 0.4), (0.4, 0.1, 0.24), (0.0, 0.5, 0.32)])
+def test_it_is_slow_towards_a_wall_while_packets_come_late_or_not_at_all(late, gap, speed):
+    run = Run(start=Pose(5.3, 2.0, 0.0))
+    run.step()
+    assert run.navigator.go_to(5.65, 2.0, None, run.time) == ""
+    for _ in range(10):
+        run.time += gap
+        decision = run.navigator.step(run.sensing(), Spot(run.pose), WELL, run.time + late)
+    assert decision.twist.linear == pytest.approx(speed)
+
+
 def test_it_stands_when_the_clock_jumps_back():
     run = Run().driving()
     ahead = run.sensing()

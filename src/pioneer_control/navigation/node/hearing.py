@@ -9,6 +9,7 @@ from nav_msgs.msg import Odometry
 
 from ...errors import PioneerError
 from ...msg import Helm, MotorState, RobotInfo, SonarArray, Stall
+from ..lateness import Delay
 from ..navigator import Readiness
 from ..senses import SHORTEST, Senses
 from ..steady_time import SteadyTime
@@ -34,11 +35,13 @@ class Hearing:
     Attributes:
         readiness: whether the robot may move.
         heard_at: when something new was sensed last (monotonic, s).
+        late: how much later (s) than the quickest message lately the newest came.
     """
 
     def __init__(self, numbers: Iterable[int], lock: Any, on_sensed: Callable[[List[Sensing]], None]):
         self.readiness = Readiness()
         self.heard_at = self._came_at = self._ticked_at = monotonic()
+        self.late, self._delay = 0.0, Delay()
         self._time, self._newest, self._quiet_until, self._told_jump = SteadyTime(), 0.0, 0.0, 0.0
         self._senses, self._lock, self._on_sensed = Senses(numbers), lock, on_sensed
 
@@ -76,6 +79,7 @@ class Hearing:
         """Return the steady time (s) of a message, and tell people when its stamp jumps."""
         self._came_at = monotonic()
         time = self._time.of(message.header.stamp.to_sec(), self._came_at)
+        self.late = self._delay.of(time, rospy.get_time() + self._time.offset)
         if time > self._newest + SHORTEST:
             self._newest, self._ticked_at = time, self._came_at
         jump = self._time.jump

@@ -145,7 +145,7 @@ class NavigationNode:
 
     def _sense(self, sensed: List[Sensing]) -> None:
         for sensing in sensed:
-            step = self._pilot.sense(sensing, self._hearing.readiness)
+            step = self._pilot.sense(sensing, self._hearing.readiness, self._hearing.late)
         self._follow(step)
 
     def _without_news(self, silence: float) -> PilotStep:

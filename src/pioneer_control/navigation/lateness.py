@@ -1,0 +1,70 @@
+"""How much later than usual the robot reacts, because a computer, or the way to the robot, has too much to do."""
+
+import math
+from collections import deque
+from typing import Deque, Tuple
+
+USUAL = 0.15
+"""Time (s) from a packet to the answer to the next one that nobody calls late."""
+EXPECTED = 3.0
+"""Time (s) for which an answer that was late is expected to be late again."""
+COMPARED = 10.0
+"""Time (s) over which the quickest message says how far two clocks are apart."""
+
+
+class Lately:
+    """The greatest number of the last seconds.
+
+    Args:
+        kept: for so long (s) a number counts.
+    """
+
+    def __init__(self, kept: float) -> None:
+        self._kept = kept
+        self._numbers: Deque[Tuple[float, float]] = deque()     # each later one is smaller
+
+    def most(self, number: float, now: float) -> float:
+        """Take the number of now (s), and return the greatest."""
+        while self._numbers and (self._numbers[-1][1] <= number or self._numbers[-1][0] > now):
+            self._numbers.pop()
+        self._numbers.append((now, number))
+        while self._numbers[0][0] < now - self._kept:
+            self._numbers.popleft()
+        return self._numbers[0][1]
+
+
+class Delay:
+    """How long messages of one sender need, by stamps of a clock that may be wrong by any time that stays the same."""
+
+    def __init__(self) -> None:
+        self._quickest = Lately(COMPARED)
+
+    def of(self, stamp: float, now: float) -> float:
+        """Return how much longer (s) a message needed than the quickest of the last seconds.
+
+        Args:
+            stamp: of the message (s).
+            now: the time (s) at which it is heard.
+        """
+        return now - stamp + self._quickest.most(stamp - now, now)
+
+
+class Lateness:
+    """Of the answers to one robot: its packets come late, or some do not come at all."""
+
+    def __init__(self) -> None:
+        self._before = math.inf
+        self._worst = Lately(EXPECTED)
+
+    def of(self, time: float, now: float) -> float:
+        """Return how much later (s) than usual the robot may react now.
+
+        Until a packet is answered the robot goes on as it was told at the packet before. The answer is taken to need
+        as long to the robot as the packet needed here.
+
+        Args:
+            time: of the packet (s).
+            now: the time (s) at which it is answered.
+        """
+        late, self._before = max(0.0, now + (now - time) - self._before - USUAL), time
+        return self._worst.most(late, now)
