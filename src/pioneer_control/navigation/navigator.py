@@ -100,6 +100,7 @@ class _Task:
         self.goal, self.with_heading = goal, with_heading
         self.at_goal = False
         self.plan: Optional[RoutePlan] = None
+        self.way: List[Point] = []      # m, map frame: from the robot to the goal by this plan
         self.by_map: Optional[RoutePlan] = None     # the way if nothing stood on it that is on no map
         self.round = False              # something does stand on it
         self.adopted = -math.inf        # s, when it was taken
@@ -164,10 +165,7 @@ class Navigator:
     @property
     def plan(self) -> List[Point]:
         """The way from the robot to its goal as points (m, map frame). Empty without a goal or a pose."""
-        task = self._task
-        if task is None or task.plan is None or self._place is None:
-            return []
-        return task.plan.points_from((self._place.x, self._place.y))
+        return self._task.way if self._task is not None else []
 
     def way(self, start: Point, goal: Point) -> Tuple[List[Point], str]:
         """Return the way between two places (m, map frame) as points, without driving; or no points and a refusal."""
@@ -331,6 +329,7 @@ class Navigator:
         if around.apart < numbers.navigator.give_way:
             return Decision(STOP, State.WAITING, _GIVING_WAY)
         assert task.plan is not None
+        task.way = task.plan.points_from(pose[:2])
         choice = self._choose(task, pose, around, live, now)
         if choice is None:
             return self._end(State.REACHED, "reached the goal")
@@ -349,7 +348,7 @@ class Navigator:
         task.told = choice.twist
         if not choice.blocked:
             task.waits_since = None
-            return Decision(choice.twist, State.DRIVING, self._doing(task, pose, choice.reason))
+            return Decision(choice.twist, State.DRIVING, self._doing(task, choice.reason))
         if task.blocked_since is None:
             task.blocked_since, task.blocked_at = now, pose
         return Decision(STOP, State.WAITING, choice.reason)
@@ -384,12 +383,11 @@ class Navigator:
         apart = np.hypot(*(places[:, np.newaxis] - points).transpose(2, 0, 1))
         return bool(apart.min() < self._chassis.half_width + self._numbers.planning.keep)
 
-    def _doing(self, task: _Task, pose: Pose, reason: str) -> str:
+    def _doing(self, task: _Task, reason: str) -> str:
         """Return what it does, for people; on its way, with the length (m) of what is left of it."""
-        if reason != "on the way" or task.plan is None:
+        if reason != "on the way":
             return reason
-        return "%s, %.1f m to go" % (_GOING_ROUND if task.round else reason,
-                                     length_of(task.plan.points_from(pose[:2])))
+        return "%s, %.1f m to go" % (_GOING_ROUND if task.round else reason, length_of(task.way))
 
     def _choose(self, task: _Task, pose: Pose, around: Around, live: List[int], now: float) -> Optional[SteeringChoice]:
         """Return the next velocity, or None when the robot stands at the goal. Note in the task whether it is there."""

@@ -20,6 +20,8 @@ INFO_PATIENCE = 10.0
 """Time (s) after which the log says that the driver has not told what robot this is."""
 STANDS = 0.3
 """Time (s) in which messages come without newer stamps, after which time stands still."""
+WAITING = 2
+"""Most messages of a topic that wait to be heard: on a busy computer old ones are dropped. Each repeats all ranges."""
 JUMP_QUIET = 10.0
 """Time (s) after the log has told of a jump of time in which it tells only of one more than twice as long."""
 
@@ -48,7 +50,7 @@ class Hearing:
     def start(self) -> None:
         """Subscribe."""
         for name, kind, hear, queue in (
-                ("pose", Odometry, self._hear_pose, 20), ("sonar", SonarArray, self._hear_sonar, 20),
+                ("pose", Odometry, self._hear_pose, WAITING), ("sonar", SonarArray, self._hear_sonar, WAITING),
                 ("motor_state", MotorState, self._hear_motors, 1), ("stall", Stall, self._hear_stall, 1),
                 ("helm", Helm, self._hear_helm, 1)):
             rospy.Subscriber(name, kind, self._take, hear, queue_size=queue, tcp_nodelay=True)

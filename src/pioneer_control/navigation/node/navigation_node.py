@@ -14,6 +14,7 @@ says.
 *Parameters*: see `NavigationParameters`; the numbers of `tuned` below the names of their parts.
 """
 
+import os
 import sys
 import threading
 from dataclasses import replace
@@ -53,6 +54,8 @@ BORROW_PERIOD = 0.5
 """Time (s) between two messages that borrow accelerations."""
 LENDER_PATIENCE = 3.0
 """Time (s) for the driver to subscribe to ``accelerations``."""
+COURTESY = 10
+"""How much later its turn comes (nice) on a busy computer than that of the driver, which has to stop the robot."""
 POWER_ON = {"acceleration": 0.3, "braking": 0.3, "turn_acceleration": 1.7}
 """Accelerations that a robot has at power-on (m/s^2, rad/s^2), for a driver that lends none."""
 OLD_GOAL = 5.0
@@ -311,6 +314,7 @@ def chassis_of(info: RobotInfo, parameters: NavigationParameters) -> Chassis:
 
 def main() -> int:
     """Run the node. Return the exit code: 0 after a shutdown, 2 for a wrong parameter or map."""
+    os.nice(COURTESY)       # before there are other threads: each has its own
     init_node("navigation")
     try:
         parameters, numbers = check_parameters(rospy.get_param("~", {}))

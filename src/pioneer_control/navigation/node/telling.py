@@ -77,7 +77,7 @@ class Telling:
                 self._tell_where(step, step.where, stamp)
         if self._cloud.get_num_connections() and self._is_due("cloud"):
             self._cloud.publish(cloud_message(self._pilot.particles, MOST_DRAWN, self._frame, stamp))
-        if (step.plan or self._planned) and self._is_due("plan"):
+        if (step.plan or self._planned) and self._plan.get_num_connections() and self._is_due("plan"):
             self._planned = bool(step.plan)
             self._plan.publish(path_message(step.plan, self._frame, stamp))
         if self._pilot.makes_map and self._is_due("map"):
