@@ -11,19 +11,27 @@ from pioneer_control.navigation.node import hearing
 
 
 @pytest.fixture
-def told(monkeypatch):
-    """Return what the log says, after messages whose stamps (s) and times of coming (s) are given."""
+def hear(monkeypatch):
+    """Return what the log says, and how late each message was, of messages with stamps (s) and times of coming (s)."""
 
-    def say(*messages):
-        lines, now = [], [0.0]
+    def heard(*messages):
+        lines, late, now = [], [], [0.0]
         monkeypatch.setattr(hearing, "monotonic", lambda: now[0])
+        monkeypatch.setattr(hearing.rospy, "get_time", lambda: now[0])
         monkeypatch.setattr(hearing.rospy, "logwarn", lambda text, *values: lines.append(text % values))
         robot = hearing.Hearing([0], threading.Lock(), lambda sensed: None)
         for stamp, now[0] in messages:
             robot._hear_sonar(SonarArray(header=Header(stamp=Time.from_sec(stamp)), ranges=[1.0]))
-        return [line.split(" in ")[0] for line in lines]
+            late.append(round(robot.late, 6))
+        return [line.split(" in ")[0] for line in lines], late
 
-    return say
+    return heard
+
+
+@pytest.fixture
+def told(hear):
+    """Return what the log says, see `hear`."""
+    return lambda *messages: hear(*messages)[0]
 
 
 def test_a_jump_of_time_is_said_once_for_a_while(told):
@@ -37,3 +45,11 @@ def test_a_long_jump_is_said_also_just_after_a_short_one(told):
 
 def test_steady_stamps_are_no_jump(told):
     assert told(*((100.0 + 0.1 * number, 10.0 + 0.1 * number) for number in range(20))) == []
+
+
+def test_a_message_is_late_beside_the_quickest_whatever_the_clocks_say(hear):
+    assert hear((100.0, 10.0), (100.1, 10.1), (100.2, 10.5), (100.6, 10.6)) == ([], [0.0, 0.0, 0.3, 0.0])
+
+
+def test_after_a_jump_of_time_nothing_is_late(hear):
+    assert hear((100.0, 10.0), (90.0, 10.1), (90.1, 10.2))[1] == [0.0, 0.0, 0.0]
