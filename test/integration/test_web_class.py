@@ -185,7 +185,8 @@ def test_a_task_from_its_choice_to_its_end(small, teacher):
         teacher.do("task", name="square")
         until(lambda: task(ada)["state"] == "ready", "it is chosen")
         until(lambda: ada.newest("world")["name"] == "square", "another floor")
-        until(lambda: {"robot": robot, "points": []} in ada.of("trail")[ways:], "its way begins anew")
+        until(lambda: any(trail["robot"] == robot and len(trail["points"]) <= 1 for trail in ada.of("trail")[ways:]),
+              "its way begins anew, perhaps with its new place already")
         assert "1" in {place["name"] for place in ada.newest("world")["places"]}
         assert [(entry["robot"], entry["who"]) for entry in task(ada)["ranking"]] == [(robot, "Ada")]
         for order in ({"do": "begin_task"}, {"do": "end_task"}, {"do": "task", "name": ""}):
