@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """Navigation as its users have it: move_base's action and topics, services by name, faults on the way, and its end."""
 
+import contextlib
 import math
 import os
 import signal
@@ -130,6 +131,18 @@ class NavigationTest(unittest.TestCase):
         self.assertAlmostEqual(heading_of(self.truth()), math.pi / 2, delta=0.15)
         self.assertTrue(feedback)
         self.assertEqual(feedback[-1].base_position.header.frame_id, "map")
+
+    def test_01b_on_a_busy_computer_every_thread_of_navigation_comes_after_the_driver(self):
+        def courtesies(node):
+            found = set()
+            for thread in os.listdir("/proc/%d/task" % process_of(node)):
+                with contextlib.suppress(ProcessLookupError):       # it has just ended
+                    found.add(os.getpriority(os.PRIO_PROCESS, int(thread)))
+            return found
+
+        own = os.getpriority(os.PRIO_PROCESS, 0)
+        self.assertEqual(courtesies("/pioneer/p2os"), {own})
+        self.assertEqual(courtesies("/pioneer/navigation"), {min(19, own + 10)})
 
     def test_02_the_pose_the_tf_and_the_truth_agree(self):
         self.stands()

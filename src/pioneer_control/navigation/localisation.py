@@ -20,7 +20,7 @@ from .pose_cloud import PoseCloud
 from .pose_search import Found, PoseSearch, same_place
 from .recent_readings import FiringPoses, RecentReadings, scan_beams
 from .tuned import LASER_NUMBERS, SONAR_NUMBERS, LocalisationNumbers
-from .unseen_motion import UnseenMotion
+from .unseen_motion import SHORTEST_UNSEEN, UnseenMotion
 from .values import Scan, Sensing
 from .wheel_calibration import WheelCalibration
 
@@ -161,7 +161,7 @@ class Localisation:
     def _spread_along(self, unseen: Pose) -> None:
         """Spread the cloud: the robot may be anywhere on a motion (m, rad) that nobody saw."""
         middle = compose(self._pose, Pose(unseen.x / 2.0, 0.0, unseen.heading / 2.0))
-        self.known_start(middle, abs(unseen.x) / 2.0 + 0.1, abs(unseen.heading) / 2.0 + 0.1)
+        self.known_start(middle, abs(unseen.x) / 2.0 + SHORTEST_UNSEEN, abs(unseen.heading) / 2.0 + SHORTEST_UNSEEN)
 
     def _take(self, sense: Sense, beams: Beams, time: float) -> Where:
         """Weigh the cloud by readings, the less the shorter the way since the last ones: standing tells nothing new."""

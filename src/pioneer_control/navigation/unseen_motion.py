@@ -14,7 +14,7 @@ LONGEST_SILENCE = 0.5
 """After a longer time (s) without a packet, the robot may have driven on unseen."""
 WATCHDOG = 2.5
 """A robot that is told nothing stands after this time (s): its watchdog (2 s, p2os-protocol.md), and its brakes."""
-SHORTEST = 0.1
+SHORTEST_UNSEEN = 0.1
 """A shorter unseen way (m) or turn (rad) is none."""
 
 
@@ -44,4 +44,4 @@ class UnseenMotion:
         drove = min(silence, WATCHDOG)
         ahead = max(self._velocity.linear, self.told.linear, key=abs) * drove - step.x
         turn = max(self._velocity.angular, self.told.angular, key=abs) * drove - step.heading
-        return Pose(ahead, 0.0, turn) if max(abs(ahead), abs(turn)) > SHORTEST else None
+        return Pose(ahead, 0.0, turn) if max(abs(ahead), abs(turn)) > SHORTEST_UNSEEN else None

@@ -1,3 +1,5 @@
+"""How much later than usual a robot reacts: of packets that come late, or not at all, by clocks that may be apart."""
+
 import pytest
 
 from pioneer_control.navigation.lateness import COMPARED, EXPECTED, USUAL, Delay, Lately, Lateness
