@@ -11,6 +11,7 @@ import time
 import unittest
 import unittest.mock
 import xmlrpc.client
+from collections import Counter
 
 import actionlib
 import rosgraph
@@ -132,17 +133,20 @@ class NavigationTest(unittest.TestCase):
         self.assertTrue(feedback)
         self.assertEqual(feedback[-1].base_position.header.frame_id, "map")
 
-    def test_01b_on_a_busy_computer_every_thread_of_navigation_comes_after_the_driver(self):
+    def test_01b_on_a_busy_computer_navigation_comes_after_the_driver(self):
         def courtesies(node):
-            found = set()
+            found = Counter()
             for thread in os.listdir("/proc/%d/task" % process_of(node)):
                 with contextlib.suppress(ProcessLookupError):       # it has just ended
-                    found.add(os.getpriority(os.PRIO_PROCESS, int(thread)))
+                    found[os.getpriority(os.PRIO_PROCESS, int(thread))] += 1
             return found
 
         own = os.getpriority(os.PRIO_PROCESS, 0)
-        self.assertEqual(courtesies("/pioneer/p2os"), {own})
-        self.assertEqual(courtesies("/pioneer/navigation"), {min(19, own + 10)})
+        self.assertEqual(set(courtesies("/pioneer/p2os")), {own})
+        navigation = courtesies("/pioneer/navigation")
+        self.assertGreater(navigation.pop(min(19, own + 10)), 5)
+        # numpy's own threads, one for each further core, are there before the program begins
+        self.assertLess(sum(navigation.values()), os.cpu_count())
 
     def test_02_the_pose_the_tf_and_the_truth_agree(self):
         self.stands()
