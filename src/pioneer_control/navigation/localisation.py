@@ -32,6 +32,8 @@ OFF_THE_FLOOR = 50.0
 """What the log-likelihood of a pose loses where no floor is free."""
 SHORTEST_WAY = 0.003
 """Readings after a shorter way (m) are not weighed: the robot stands."""
+PACKETS_WEIGHED = 2
+"""The readings of so many packets are weighed at once: that costs little more than those of one."""
 
 
 class Where(NamedTuple):
@@ -95,6 +97,7 @@ class Localisation:
         self._pose = Pose(0.0, 0.0, 0.0)
         self._odometry: Optional[Pose] = None       # as the wheels measured it
         self._next_search, self._searched = 0.0, 0      # its time (s); readings heard at the last one
+        self._packets = 0       # since readings were weighed; what somebody says counts at the next one
         self._search_odometry = Pose(0.0, 0.0, 0.0)
         self.where: Optional[Where] = None
         self.unknown_start()
@@ -108,7 +111,7 @@ class Localisation:
         """Say where the robot is now, and how exactly: standard deviations in m and rad."""
         self._recent.forget()
         self._search.give_up()
-        self._known = True
+        self._known, self._packets = True, PACKETS_WEIGHED
         self._cloud.put(np.array([pose], dtype=float), np.zeros(1), position, heading, self._tuned.particles_searching)
         self._certainty.place(trusted=True)
         self._pose = pose
@@ -117,16 +120,28 @@ class Localisation:
         """Say that the robot may be anywhere."""
         self._recent.forget()
         self._search.give_up()
-        self._known = False
+        self._known, self._packets = False, PACKETS_WEIGHED
         self._certainty.lose(NOT_TOLD)
         count = self._tuned.particles_searching
         self._cloud.put(self._search.random_poses(count), np.zeros(count), 0.0, 0.0, count)
 
     def update(self, sensing: Sensing) -> Where:
-        """Take what the robot senses in one packet. Return where it is at the time of the packet."""
+        """Take what the robot senses in one packet. Return where it is at the time of the packet.
+
+        Between two packets with which readings are weighed, the pose moves with the odometry.
+        """
         self._move(sensing.odometry, sensing.time)
-        return self._take(self._sonar, self._firing_poses.beams(sensing, self._sonar.model.expected.number_of),
-                          sensing.time)
+        self._firing_poses.add(sensing)
+        self._packets += 1
+        if self.where is None or self._packets >= PACKETS_WEIGHED:
+            self._packets = 0
+            beams = self._firing_poses.beams(self._sonar.model.expected.number_of)
+            return self._take(self._sonar, beams, sensing.time)
+        if self._main is self._sonar:
+            self._look_everywhere(sensing.time)
+        self.where = self.where._replace(time=sensing.time, pose=self._pose, sure=self._certainty.sure,
+                                         reason=self._certainty.reason)
+        return self.where
 
     def update_scan(self, scan: Scan) -> Where:
         """Take a scan of the laser. Return where the robot is at its time.

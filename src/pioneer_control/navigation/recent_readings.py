@@ -7,12 +7,15 @@ import numpy as np
 from ..floor_poses import Pose, compose, relative
 from ..robots import Transducer
 from .measurement import Beams
-from .values import Scan, Sensing
+from .values import Firing, Scan, Sensing
 
 Array = Any     # of numpy
 
 MOST_RAYS = 40
 """A scan has hundreds of rays, which say much the same. So many of them are used."""
+
+PACKETS_KEPT = 4
+"""Firings of a packet lie between it and the packets before: the odometry of so many is kept."""
 
 
 class RecentReadings:
@@ -74,17 +77,22 @@ class FiringPoses:
     def __init__(self, transducers: Sequence[Transducer]):
         self._mounts = {each.number: Pose(each.x, each.y, each.heading) for each in transducers}
         self._past: List[Tuple[float, Pose]] = []
+        self._firings: List[Firing] = []
 
-    def beams(self, sensing: Sensing, number_of: Any) -> Beams:
-        """Return the readings of one packet relative to the robot at its odometry. Unknown transducers are left out.
+    def add(self, sensing: Sensing) -> None:
+        """Take one packet. Unknown transducers are left out."""
+        self._past = self._past[1 - PACKETS_KEPT:] + [(sensing.time, sensing.odometry)]
+        self._firings += [each for each in sensing.firings if each.number in self._mounts]
+
+    def beams(self, number_of: Any) -> Beams:
+        """Return the readings added since the last call, relative to the robot at its newest odometry.
 
         Args:
-            sensing: the packet.
             number_of: function that makes numbers of ranges (m).
         """
-        self._past = self._past[-3:] + [(sensing.time, sensing.odometry)]
-        firings = [each for each in sensing.firings if each.number in self._mounts]
-        robot = {time: relative(sensing.odometry, self._at(time)) for time in {each.time for each in firings}}
+        firings, self._firings = self._firings, []
+        _, odometry = self._past[-1]
+        robot = {time: relative(odometry, self._at(time)) for time in {each.time for each in firings}}
         placed = [compose(robot[each.time], self._mounts[each.number]) for each in firings]
         x, y, heading = np.array(placed, dtype=float).reshape(-1, 3).T
         return Beams(x, y, heading, number_of([each.range for each in firings]),

@@ -53,7 +53,7 @@ class LocalisationNumbers:
         0.2, Number(0.0, 1.0), "share of a reading's log-likelihood that counts: readings of one place err alike")
     laser_weight: float = parameter(0.03, Number(0.0, 1.0), "the same for each ray of a laser")
     full_way: float = parameter(
-        0.02, Number(0.001, 1.0), "after such a way since the last readings they count fully; after a shorter one less",
+        0.04, Number(0.001, 1.0), "after such a way since the last readings they count fully; after a shorter one less",
         "m")
     turn_as_way: float = parameter(0.3, Number(0.0, 5.0), "a turn of 1 rad counts as such a way", "m")
 
