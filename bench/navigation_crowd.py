@@ -71,7 +71,7 @@ class Member:
             self._senses.hear_sonar(snapshot.time, snapshot.ranges)
             late = self._luck.uniform(0.5, 1.5) * self._what.late * (1 + (self._luck.random() < VERY_LATE))
             for sensing in self._senses.hear_pose(snapshot.time, snapshot.pose):
-                step = self.pilot.sense(sensing, Readiness(), late / 2.0)
+                step = self.pilot.sense(sensing, Readiness(late=late / 2.0))
                 self.states[step.state.value] += 1
                 self.reached += step.state is State.REACHED
                 self._answers.append((snapshot.time + late, *step.twist))

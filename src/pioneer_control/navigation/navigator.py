@@ -49,17 +49,19 @@ class Whereabouts(Protocol):
 
 
 class Readiness(NamedTuple):
-    """What lets the robot move.
+    """What lets the robot move, and how soon it reacts.
 
     Attributes:
         stalled: a wheel is driven but does not turn.
         may_command: nobody else has the helm.
         motors: motor power is on.
+        late: how much later (s) than the quickest of the last seconds the newest packet came.
     """
 
     stalled: bool = False
     may_command: bool = True
     motors: bool = True
+    late: float = 0.0
 
 
 class State(enum.Enum):
@@ -161,6 +163,11 @@ class Navigator:
         """The accelerations that the driver is to be asked for while a goal is driven to."""
         steering = self._numbers.steering
         return Accelerations(steering.acceleration, steering.braking, steering.turn_acceleration)
+
+    @property
+    def late(self) -> float:
+        """How much later (s) than usual the robot reacts now: its packets come late, or are not answered."""
+        return self._late
 
     @property
     def plan(self) -> List[Point]:

@@ -44,6 +44,7 @@ class PilotStep(NamedTuple):
         reason: why, for people.
         twist: what the robot is told.
         goal: where it is sent, if anywhere.
+        late: how much later (s) than usual the robot reacts.
         plan: the way there as points (m, map frame); empty without a goal.
     """
 
@@ -54,10 +55,12 @@ class PilotStep(NamedTuple):
     reason: str
     twist: Twist
     goal: Optional[Pose]
+    late: float
     plan: List[Point]
 
 
-NOTHING_YET = PilotStep(0.0, Pose(0.0, 0.0, 0.0), None, State.IDLE, "nothing heard of the robot yet", STAND, None, [])
+NOTHING_YET = PilotStep(0.0, Pose(0.0, 0.0, 0.0), None, State.IDLE, "nothing heard of the robot yet", STAND, None, 0.0,
+                        [])
 
 
 class KnownMap:
@@ -253,10 +256,10 @@ class Pilot:
         self.step = self.step._replace(state=State.WAITING, reason=reason, twist=STAND)
         return self.step
 
-    def sense(self, sensing: Sensing, readiness: Readiness, late: float = 0.0) -> PilotStep:
-        """Take what the robot sensed in one packet, of which one hears so late (s), and return what to do."""
+    def sense(self, sensing: Sensing, readiness: Readiness) -> PilotStep:
+        """Take what the robot sensed in one packet, and return what to do."""
         where = self._knows.sense(sensing)
-        decision = self._navigator.step(sensing, where, readiness, sensing.time + late)
+        decision = self._navigator.step(sensing, where, readiness, sensing.time + readiness.late)
         explorer = self._explorer
         if explorer is not None and not (readiness.may_command and readiness.motors):
             explorer.held_up(sensing.time)
@@ -273,7 +276,7 @@ class Pilot:
         if ended and explorer is None:
             self._goal = None
         self.step = PilotStep(sensing.time, sensing.odometry, where, decision.state, decision.reason, decision.twist,
-                              self._goal, self._navigator.plan)
+                              self._goal, self._navigator.late, self._navigator.plan)
         self._knows.told(decision.twist)
         return self.step
 

@@ -1,5 +1,6 @@
 """What navigation says of the stamps of a robot's messages, without a master."""
 
+import contextlib
 import threading
 
 import pytest
@@ -22,7 +23,7 @@ def hear(monkeypatch):
         robot = hearing.Hearing([0], threading.Lock(), lambda sensed: None)
         for stamp, now[0] in messages:
             robot._hear_sonar(SonarArray(header=Header(stamp=Time.from_sec(stamp)), ranges=[1.0]))
-            late.append(round(robot.late, 6))
+            late.append(round(robot.readiness.late, 6))
         return [line.split(" in ")[0] for line in lines], late
 
     return heard
@@ -53,3 +54,14 @@ def test_a_message_is_late_beside_the_quickest_whatever_the_clocks_say(hear):
 
 def test_after_a_jump_of_time_nothing_is_late(hear):
     assert hear((100.0, 10.0), (90.0, 10.1), (90.1, 10.2))[1] == [0.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize("ended", [True, False])
+def test_a_closed_topic_is_an_error_only_before_the_end(monkeypatch, ended):
+    def answer(message):
+        raise hearing.rospy.ROSException("publish() to a closed topic")
+
+    monkeypatch.setattr(hearing.rospy, "is_shutdown", lambda: ended)
+    robot = hearing.Hearing([0], threading.Lock(), lambda sensed: None)
+    with contextlib.nullcontext() if ended else pytest.raises(hearing.rospy.ROSException):
+        robot._take(None, answer)

@@ -46,8 +46,8 @@ class Drive:
                         ("SETRA", -172)):
             self.firmware.receive(p2os.encode_command(*command))
 
-    def step(self, readiness=Readiness(), late=0.0):
-        """Let one packet come, which is heard late (s), and do what the pilot says."""
+    def step(self, readiness=Readiness()):
+        """Let one packet come, and do what the pilot says."""
         sip = None
         while not isinstance(sip, p2os.Sip):
             for frame in self._decoder.feed(self.firmware.advance(0.02)):
@@ -55,7 +55,7 @@ class Drive:
         self._odometry.update(sip.x_counts, sip.y_counts, sip.heading_units)
         heard = [(each.number, each.range_units * MODEL.range_mm_per_unit / 1000.0) for each in sip.sonar]
         step = self.pilot.sense(Sensing(self.firmware.time, Pose(*self._odometry.pose),
-                                        timed(heard, self.firmware.time)), readiness, late)
+                                        timed(heard, self.firmware.time)), readiness)
         self.firmware.receive(p2os.encode_command("VEL", round(step.twist.linear * 1000)))
         self.firmware.receive(p2os.encode_command("RVEL", round(math.degrees(step.twist.angular))))
         return step
@@ -112,7 +112,7 @@ def test_cancelled_it_stands(drive):
 
 def test_on_packets_that_are_heard_too_late_it_stands(drive):
     assert drive.pilot.go_to(Pose(5.0, 3.0, 0.0)) == ""
-    step = drive.step(late=0.7)
+    step = drive.step(Readiness(late=0.7))
     assert (step.state, step.twist.linear, step.reason) == (State.WAITING, 0.0, "what the robot sensed is 0.7 s old")
     assert drive.until(State.REACHED).state is State.REACHED
 

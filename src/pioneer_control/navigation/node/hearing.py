@@ -35,15 +35,14 @@ class Hearing:
         on_sensed: called with the lock held for what was sensed, oldest first. Usually it is one.
 
     Attributes:
-        readiness: whether the robot may move.
+        readiness: whether the robot may move, and how late its messages are.
         heard_at: when something new was sensed last (monotonic, s).
-        late: how much later (s) than the quickest message lately the newest came.
     """
 
     def __init__(self, numbers: Iterable[int], lock: Any, on_sensed: Callable[[List[Sensing]], None]):
         self.readiness = Readiness()
         self.heard_at = self._came_at = self._ticked_at = monotonic()
-        self.late, self._delay = 0.0, Delay()
+        self._delay = Delay()
         self._time, self._newest, self._quiet_until, self._told_jump = SteadyTime(), 0.0, 0.0, 0.0
         self._senses, self._lock, self._on_sensed = Senses(numbers), lock, on_sensed
 
@@ -59,6 +58,9 @@ class Hearing:
         try:
             with self._lock:
                 hear(message)
+        except rospy.ROSException:      # an answer to the last message before Ctrl-C: topics are closed by then
+            if not rospy.is_shutdown():
+                raise
         except PioneerError as error:
             rospy.logwarn_throttle(10.0, "a message of the robot makes no sense: %s" % error)
 
@@ -81,7 +83,8 @@ class Hearing:
         """Return the steady time (s) of a message, and tell people when its stamp jumps."""
         self._came_at = monotonic()
         time = self._time.of(message.header.stamp.to_sec(), self._came_at)
-        self.late = self._delay.of(time, rospy.get_time() + self._time.offset)
+        late = self._delay.of(time, rospy.get_time() + self._time.offset)
+        self.readiness = self.readiness._replace(late=late)
         if time > self._newest + SHORTEST:
             self._newest, self._ticked_at = time, self._came_at
         jump = self._time.jump

@@ -3,7 +3,6 @@
 import math
 from typing import Any, Iterable, Sequence, Tuple
 
-import numpy as np
 from geometry_msgs.msg import (Point, Point32, Polygon, PolygonStamped, Pose2D, PoseArray, PoseStamped,
                                PoseWithCovariance, PoseWithCovarianceStamped, Quaternion)
 from geometry_msgs.msg import Pose as PoseMessage
@@ -59,10 +58,9 @@ def header_of(frame: str, stamp: Any) -> Header:
 
 def pose_with_covariance(pose: Pose, covariance: Any, frame: str, stamp: Any) -> PoseWithCovarianceStamped:
     """Return a pose and its covariance (3 x 3 array of x, y and heading; m, rad) as a message."""
-    whole = np.zeros((6, 6))
-    whole[np.ix_((0, 1, 5), (0, 1, 5))] = covariance
-    return PoseWithCovarianceStamped(
-        header_of(frame, stamp), PoseWithCovariance(pose_message(pose), whole.ravel().tolist()))
+    (xx, xy, xh), (yx, yy, yh), (hx, hy, hh) = covariance.tolist()
+    whole = [xx, xy, 0.0, 0.0, 0.0, xh, yx, yy, 0.0, 0.0, 0.0, yh] + [0.0] * 18 + [hx, hy, 0.0, 0.0, 0.0, hh]
+    return PoseWithCovarianceStamped(header_of(frame, stamp), PoseWithCovariance(pose_message(pose), whole))
 
 
 def spread_of(covariance: Sequence[float]) -> Tuple[float, float]:

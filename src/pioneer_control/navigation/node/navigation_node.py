@@ -148,7 +148,7 @@ class NavigationNode:
 
     def _sense(self, sensed: List[Sensing]) -> None:
         for sensing in sensed:
-            step = self._pilot.sense(sensing, self._hearing.readiness, self._hearing.late)
+            step = self._pilot.sense(sensing, self._hearing.readiness)
         self._follow(step)
 
     def _without_news(self, silence: float) -> PilotStep:

@@ -11,6 +11,8 @@ from ..pilot import PilotStep
 
 PERIOD = 1.0
 """Time (s) between two messages, as long as the level stays."""
+LATE = 0.1
+"""The robot reacts so much (s) later than usual when people are told of it."""
 
 
 class StatusReport:
@@ -37,9 +39,15 @@ class StatusReport:
             Header(stamp=rospy.Time.now()), [DiagnosticStatus(level, self._name, text, "", values)]))
 
 
+def late_text(late: float) -> str:
+    """Return for people that the robot reacts later (s) than usual."""
+    return ("packets are answered up to %.1f s later than usual: this computer, or the line to the robot, is too slow;"
+            " the robot drives slower near anything" % late)
+
+
 def judged(step: PilotStep, tf_trouble: str = "") -> Tuple[int, str]:
-    """Return the level of a step and its text: a warning while the robot is lost, waits, or has given up, and while
-    somebody else tells tf where it is.
+    """Return the level of a step and its text: a warning while the robot is lost, waits, or has given up, while
+    somebody else tells tf where it is, and while it reacts late.
     """
     if step.where is not None and not step.where.sure:
         return DiagnosticStatus.WARN, step.where.reason
@@ -47,4 +55,6 @@ def judged(step: PilotStep, tf_trouble: str = "") -> Tuple[int, str]:
         return DiagnosticStatus.WARN, "%s: %s" % (step.state.value, step.reason)
     if tf_trouble:
         return DiagnosticStatus.WARN, tf_trouble
+    if step.late > LATE:
+        return DiagnosticStatus.WARN, late_text(step.late)
     return DiagnosticStatus.OK, "%s: %s" % (step.state.value, step.reason)

@@ -16,10 +16,12 @@ from ..pilot import Pilot, PilotStep
 from .messages import (cloud_message, footprint_message, header_of, map_message, path_message, pose2d, pose_message,
                        pose_with_covariance)
 from .parameters import NavigationParameters
-from .status import StatusReport
+from .status import LATE, StatusReport, late_text
 
 PERIODS = {"cloud": 0.5, "plan": 0.5, "map": 1.0}
 """Times (s) between two messages of one kind: the cloud, the plan, and a map that is being made."""
+LATE_PERIOD = 30.0
+"""Time (s) between two lines of the log that the robot reacts late."""
 MOST_DRAWN = 500
 """Most poses in one cloud."""
 
@@ -83,6 +85,8 @@ class Telling:
         if self._pilot.makes_map and self._is_due("map"):
             self.tell_map()
         self._status.publish(step, self.tf_trouble, monotonic())
+        if step.late > LATE:
+            rospy.logwarn_throttle(LATE_PERIOD, late_text(step.late))
         said = step.state, kind_of(step.reason)     # the same with another number is no news
         if said != self._said:
             self._said = said
