@@ -60,16 +60,22 @@ class Certainty:
         return self._missed >= self._tuned.unsure_missed
 
     @property
+    def suspects(self) -> bool:
+        """Whether the readings begin to contradict a pose that is sure: somebody may have carried the robot."""
+        return self.sure and self._missed >= self._tuned.suspect_missed
+
+    @property
     def margin(self) -> float:
         """By how much another pose must explain each reading better (log-likelihood), to be believed instead."""
-        if self.proven:
-            return self._tuned.margin_proven
-        return self._tuned.margin if self.sure else self._tuned.margin_guessed
+        tuned = self._tuned
+        trusted = min(1.0, self._trusted_way / tuned.proven_way)
+        grown = tuned.margin_guessed + (tuned.margin_proven - tuned.margin_guessed) * trusted
+        return max(grown, tuned.margin) if self.sure else grown
 
     @property
     def search_period(self) -> float:
         """Time (s) from one search for better poses to the next."""
-        if not self.sure:
+        if not self.sure or self.suspects:
             return self._tuned.period_unsure
         return self._tuned.period_proven if self.proven else self._tuned.period_sure
 

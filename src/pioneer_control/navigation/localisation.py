@@ -217,18 +217,26 @@ class Localisation:
             if found is not None:
                 self._consider(found, odometry)
                 self._next_search = time + self._certainty.search_period
-        elif (time >= self._next_search and len(self._recent) >= tuned.least_readings
-              and self._recent.heard >= self._searched + tuned.new_readings):
+            return
+        if self._certainty.suspects:
+            self._next_search = min(self._next_search, time)
+        if (time >= self._next_search and len(self._recent) >= tuned.least_readings
+                and self._recent.heard >= self._searched + tuned.new_readings):
             self._searched = self._recent.heard
-            beams = self._recent.seen_from(odometry)
+            beams = self._compared(odometry)
             if np.count_nonzero(beams.measured != self._main.model.expected.none) >= tuned.least_readings / 2:
                 self._search_odometry = odometry
                 self._search.begin(beams)
 
+    def _compared(self, odometry: Pose) -> Beams:
+        """Return the readings that poses are compared with."""
+        beams = self._recent.seen_from(odometry)
+        return beams.some(slice(-self._tuned.suspect_readings, None)) if self._certainty.suspects else beams
+
     def _consider(self, found: Found, odometry: Pose) -> None:
         """Compare the cloud with what a search found, and go to what is much better."""
         step = relative(self._search_odometry, odometry)
-        beams = self._recent.seen_from(odometry)
+        beams = self._compared(odometry)
         others = self._search.scored(np.array([compose(Pose(*pose), step) for pose in found.poses.tolist()]), beams)
         if self._known:
             here = self._search.improved(self._cloud.poses[::10], beams)
@@ -245,6 +253,8 @@ class Localisation:
                 return
             others = Found(np.vstack((others.poses[elsewhere], here.poses)),
                            np.concatenate((others.scores[elsewhere], here.scores)), others.readings)
+        if self._certainty.suspects:
+            self._recent.keep(self._tuned.kept_in_doubt)
         self._known = True
         logs = others.scores * others.readings * self._tuned.weight
         self._cloud.put(others.poses, logs, 0.06, 0.05, self._tuned.particles_searching)

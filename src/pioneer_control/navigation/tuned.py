@@ -57,7 +57,7 @@ class LocalisationNumbers:
         "m")
     turn_as_way: float = parameter(0.3, Number(0.0, 5.0), "a turn of 1 rad counts as such a way", "m")
 
-    remembered: int = parameter(500, Whole(50, 5000), "readings that a search compares poses with")
+    remembered: int = parameter(800, Whole(50, 5000), "readings that a search compares poses with")
     least_readings: int = parameter(60, Whole(1, 5000), "readings in motion that a search needs, half of them echoes")
     kept_in_doubt: int = parameter(
         60, Whole(0, 5000), "readings that are kept when the pose stops to be sure: older ones may be of another place")
@@ -97,6 +97,10 @@ class LocalisationNumbers:
         0.7, Number(0.0, 1.0), "a sure pose should explain more than this share of the usual share of echoes")
     unsure_missed: float = parameter(
         18.0, Number(1.0, 1000.0), "a pose is doubted when the echoes that it misses of that share add up to so many")
+    suspect_missed: float = parameter(
+        6.0, Number(1.0, 1000.0), "when they add up to so many, a search looks where the robot may have been carried")
+    suspect_readings: int = parameter(
+        120, Whole(10, 5000), "such a search compares poses with so many of the newest readings")
     standing_readings: int = parameter(
         12, Whole(1, 100), "so many readings of each sensor count once the robot has come to stand, or a range changes")
     sure_explained: float = parameter(

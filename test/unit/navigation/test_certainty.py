@@ -277,3 +277,31 @@ def test_a_better_place_elsewhere_or_echoes_that_hardly_fit_uphold_nothing():
         certainty.compare(0.05)
     certainty.judge(spread())
     assert not certainty.sure
+
+
+def test_the_longer_a_place_has_explained_the_readings_the_better_another_must_be():
+    certainty, margins = Certainty(TUNED), []
+    certainty.place(trusted=False)
+    for _ in range(2 * TUNED.sure_searches):
+        certainty.compare(TUNED.rival_margin + 0.1)
+    for _ in range(round((TUNED.proven_way + 0.2) / 0.1)):
+        hear(certainty, 1.0, way=0.1)
+        certainty.judge(spread())
+        margins.append(certainty.margin)
+    assert margins == sorted(margins)
+    assert margins[0] < TUNED.margin < margins[-1] == TUNED.margin_proven
+    rival = certainty.margin
+    certainty.compare(-0.01)        # one that looks alike makes it unsure, unless it is proven, but is not believed
+    assert certainty.margin == rival
+
+
+def test_a_misfit_is_suspected_before_it_is_doubted():
+    certainty = sure()
+    assert not certainty.suspects
+    while not certainty.suspects:
+        hear(certainty, 0.0, count=1)
+    assert certainty.sure and not certainty.doubts and certainty.search_period == TUNED.period_unsure
+    while not certainty.doubts:
+        hear(certainty, 0.0, count=1)
+    certainty.judge(spread())
+    assert not certainty.sure and not certainty.suspects
