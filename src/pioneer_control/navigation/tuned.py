@@ -83,7 +83,7 @@ class LocalisationNumbers:
     rival_margin: float = parameter(
         0.15, Number(-5.0, 5.0), "to become sure, the pose must explain each reading better than any elsewhere by this")
 
-    sure_position: float = parameter(0.25, Number(0.01, 5.0), "greatest spread of the cloud to be sure", "m")
+    sure_position: float = parameter(0.3, Number(0.01, 5.0), "greatest spread of the cloud to be sure", "m")
     sure_heading: float = parameter(0.25, Number(0.01, 3.0), "greatest spread of the headings to be sure", "rad")
     sure_way: float = parameter(
         0.5, Number(0.0, 100.0), "way in motion with readings that the place explains, before it is sure", "m")
