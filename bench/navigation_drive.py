@@ -17,7 +17,7 @@ from typing import List, NamedTuple, Tuple
 
 import numpy as np
 from simulated_robot import CYCLE, SimulatedRobot
-from navigation_cases import Case, case
+from navigation_cases import Case, case, seeds_of
 
 from pioneer_control import p2os
 from pioneer_control.floor_poses import Pose, wrapped
@@ -254,14 +254,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> int:
     """Run what the command line says. Return 0 if all goals were reached without a contact, 1 if not."""
-    seeds: List[int] = []
-    for part in options.seeds.split(","):
-        first, _, last = part.partition("-")
-        seeds += range(int(first), int(last or first) + 1)
     legs: List[Leg] = []
     began = time.perf_counter()
     with Pool(options.processes) as pool:
-        for some in pool.imap(functools.partial(run, options=options), seeds):
+        for some in pool.imap(functools.partial(run, options=options), seeds_of(options.seeds)):
             legs += some
             for leg in filter(failed, some):
                 print("seed %d (%s, %s) goal %d: %s after %.0f s: %s; %d contacts %s" % (
