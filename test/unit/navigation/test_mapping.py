@@ -9,6 +9,7 @@ import pytest
 from pioneer_control.floor_poses import Pose, compose
 from pioneer_control.maps import FREE, OCCUPIED, UNKNOWN
 from pioneer_control.navigation.mapping import Mapper
+from pioneer_control.navigation.pose_graph import PoseGraph
 from pioneer_control.navigation.values import Firing, Sensing
 from pioneer_control.robots import find_model
 
@@ -80,8 +81,17 @@ def test_it_corrects_an_odometry_that_veers():
     _, plain = mapped(sensings, truth[0], corrects=False)
     _, own = mapped_while_it_veers()
     assert worst(plain, truth) > 0.5
-    assert worst(own, truth) < 0.45, "before it comes round, nothing tells it of the veer"
+    assert worst(own, truth) < 0.22, "before it comes round, nothing tells it of the veer"
     assert worst(own[-20:], truth[-20:]) < 0.15
+
+
+def test_an_odometry_that_is_right_is_not_turned_by_what_is_heard():
+    """Stretches that follow each other hear the same walls: their matches err alike, and must not count as many."""
+    sensings, truth = rounds(0.0)
+    _, own = mapped(sensings, truth[0])
+    off = [abs(math.remainder(a.heading - b.heading, 2.0 * math.pi)) for a, b in zip(own, truth)]
+    assert max(off) < math.radians(5.0)
+    assert worst(own, truth) < 0.16
 
 
 def test_it_learns_how_the_wheels_err():
@@ -135,16 +145,30 @@ def test_a_packet_has_one_costly_step_at_most(monkeypatch):
     """Finding a stretch, solving the graph and drawing a stretch anew all at once would hold up who drives."""
     sensings, truth = rounds(0.02, 1)
     mapper, steps = Mapper(SONAR, pose=truth[0]), []
-    for name in ("_match", "_tie", "_redraw"):
-        before = getattr(mapper, name)
-        monkeypatch.setattr(mapper, name, lambda *args, name=name, before=before: steps.append(name) or before(*args))
+    for owner, name in ((mapper, "_match"), (mapper, "_tie"), (mapper, "_redraw"), (PoseGraph, "_step")):
+        before = getattr(owner, name)
+        monkeypatch.setattr(owner, name, lambda *args, name=name, before=before: steps.append(name) or before(*args))
     done = set()
     for sensing in sensings:
         steps.clear()
         mapper.update(sensing)
-        assert len(steps) <= 1
+        assert len(steps) <= 1 or set(steps) == {"_redraw"} and len(steps) <= 3, "drawing takes little"
         done.update(steps)
-    assert done == {"_match", "_tie", "_redraw"}
+    assert done == {"_match", "_tie", "_redraw", "_step"}
+
+
+def test_in_a_packet_with_other_work_the_map_is_not_corrected(monkeypatch):
+    sensings, truth = rounds(0.02, 1)
+    mapper, steps = Mapper(SONAR, pose=truth[0]), []
+    for name in ("_match", "_tie", "_redraw"):
+        before = getattr(mapper, name)
+        monkeypatch.setattr(mapper, name, lambda *args, name=name, before=before: steps.append(name) or before(*args))
+    for sensing in sensings[:200]:
+        mapper.update(sensing, rests=True)
+    assert steps == [] and len(mapper.path()) > 200
+    for sensing in sensings[200:240]:
+        mapper.update(sensing)
+    assert {"_match", "_tie", "_redraw"} == set(steps), "then it is made up for"
 
 
 def test_a_map_is_made_also_where_nothing_is_heard():
