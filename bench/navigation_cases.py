@@ -8,6 +8,7 @@ from typing import List, NamedTuple
 
 from simulated_robot import Setup
 
+from pioneer_control.robots import find_model
 from pioneer_control.simulator.hardware import RobotNumbers, real_numbers, standard_numbers
 from pioneer_control.simulator.world import World, load_world
 from pioneer_control.simulator.world.generated import KINDS, random_world
@@ -44,6 +45,11 @@ def case(seed: int, specular_deg: float = 40.0) -> Case:
     number = seed // len(kinds())
     world = load_world(GALLERY[number % len(GALLERY)]) if kind == "gallery" else random_world(seed, kind)
     return Case(seed, world, Setup(MODELS[number % len(MODELS)], numbers=numbers_of(seed, specular_deg)))
+
+
+def with_gripper(its: Case) -> Case:
+    """Return a case whose robot has a gripper, if its model can carry one."""
+    return its._replace(setup=its.setup._replace(gripper=find_model(its.setup.model).can_carry_gripper))
 
 
 def numbers_of(seed: int, specular_deg: float) -> RobotNumbers:

@@ -17,7 +17,7 @@ from typing import List, NamedTuple, Tuple
 
 import numpy as np
 from simulated_robot import CYCLE, SimulatedRobot
-from navigation_cases import Case, case, seeds_of
+from navigation_cases import Case, case, seeds_of, with_gripper
 
 from pioneer_control import p2os
 from pioneer_control.floor_poses import Pose, wrapped
@@ -27,7 +27,6 @@ from pioneer_control.navigation.frames import into
 from pioneer_control.navigation.navigator import Navigator, Readiness, State
 from pioneer_control.navigation.planning import DrivableFloor
 from pioneer_control.navigation.tuned import PlanningNumbers
-from pioneer_control.robots import find_model
 from pioneer_control.simulator.world.generated import with_unmapped, with_walkers
 from pioneer_control.simulator.world.people import people_of
 
@@ -103,7 +102,7 @@ def run(seed: int, options) -> List[Leg]:
     """Drive to the goals of a seed."""
     its = case(seed, options.specular)
     if options.gripper:
-        its = its._replace(setup=its.setup._replace(gripper=find_model(its.setup.model).can_carry_gripper))
+        its = with_gripper(its)
     grid_map, chassis, goals, luck = prepared(its, options.goals)
     kept = its.world.changed(goals={str(number): goal for number, goal in enumerate(goals)})
     world = with_walkers(with_unmapped(kept, luck.randint(0, 3), seed), options.walkers, seed)

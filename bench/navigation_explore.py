@@ -13,7 +13,7 @@ from multiprocessing import Pool
 from typing import List, NamedTuple
 
 import numpy as np
-from navigation_cases import case, seeds_of
+from navigation_cases import case, seeds_of, with_gripper
 from navigation_drive import SPEED, TURN_RATE, set_accelerations
 from navigation_map import Drive, MapRun, calibrated, draw, free_right, transducers, walls_found
 from simulated_robot import SimulatedRobot
@@ -51,6 +51,8 @@ class Exploration(NamedTuple):
 def explored(options: argparse.Namespace, seed: int) -> Exploration:
     """Let the robot of a seed explore."""
     its = calibrated(case(seed, options.specular))
+    if options.gripper:
+        its = with_gripper(its)
     robot = SimulatedRobot(its.setup, its.world, seed)
     chassis = Chassis(transducers(its), tuple(robot.model.outline(its.setup.gripper)), SPEED, TURN_RATE)
     home = Pose(*robot.firmware.true_pose)
@@ -108,6 +110,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of this part."""
     parser.add_argument("--seeds", default="1000-1011", help="first-last (default: %(default)s)")
     parser.add_argument("--minutes", type=float, default=20.0, help="at most (default: %(default)s)")
+    parser.add_argument("--gripper", action="store_true", help="robots that can carry a gripper have one")
     parser.add_argument("--specular", type=float, default=40.0, help="slant (deg) that loses walls (%(default)s)")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--picture", help="folder for a picture of each seed")
