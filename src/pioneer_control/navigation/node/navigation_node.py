@@ -28,8 +28,7 @@ from std_srvs.srv import Empty, EmptyResponse, SetBool, SetBoolResponse
 
 from ...errors import PioneerError, RefusedError, UsageError
 from ...floor_poses import Pose, compose
-from ...maps import FloorMap, write_ros_map
-from ...maps.goals_file import goals_file, write_goals
+from ...maps import FloorMap, GridMap
 from ...msg import Accelerations, RobotInfo
 from ...robots import Transducer
 from ...ros_node import bag_player, init_node
@@ -42,6 +41,7 @@ from ..tuned import NavigationNumbers
 from ..values import Sensing
 from .goal_server import GoalServer
 from .hearing import Hearing, robot_info
+from .map_saver import MapSaver, write_map
 from .messages import header_of, path_message, pose_message, pose_of, spread_of
 from .parameters import NavigationParameters, check_parameters
 from .place_keeper import PlaceKeeper
@@ -70,11 +70,12 @@ class NavigationNode:
         floor: the map; None: the robot makes one.
         info: the robot, as its driver tells it.
         numbers: the tuned numbers.
+        saver: saves the map at the end. None: nobody does.
     """
 
     def __init__(self, parameters: NavigationParameters, floor: Optional[FloorMap], info: RobotInfo,
-                 numbers: NavigationNumbers):
-        self._parameters = parameters
+                 numbers: NavigationNumbers, saver: Optional[MapSaver]):
+        self._parameters, self._saver = parameters, saver
         self._frame = parameters.global_frame_id
         chassis = chassis_of(info, parameters)
         self._accelerations = rospy.Publisher("accelerations", Accelerations, queue_size=1, tcp_nodelay=True)
@@ -126,10 +127,8 @@ class NavigationNode:
         with self._lock:
             self._stand()
             self._goals.dropped("navigation ends")
-            if self._parameters.save_to and self._pilot.step.where is not None:
-                self._pilot.finish()
-                self._write_map(self._parameters.save_to)
-                print("the map is saved in %s" % self._parameters.save_to)      # rosout has ended
+            if self._saver is not None and self._pilot.step.where is not None:
+                print(self._saver.save(self._finished_map, self._keeper.places), flush=True)     # rosout has ended
 
     def _look_at_tf(self) -> None:
         self._tf_watch.leave_a_crowd()
@@ -285,16 +284,15 @@ class NavigationNode:
 
     def _save_map(self, request: Any) -> SaveMapResponse:
         try:
-            self._write_map(request.file)
+            write_map(self._pilot.grid, self._keeper.places, request.file)
         except PioneerError as error:
             return SaveMapResponse(False, str(error))
         rospy.loginfo("the map is saved in %s", request.file)
         return SaveMapResponse(True, "saved in %s" % request.file)
 
-    def _write_map(self, file: str) -> None:
-        write_ros_map(self._pilot.grid, file)
-        if self._keeper.places:
-            write_goals(self._keeper.places, goals_file(file))
+    def _finished_map(self) -> GridMap:
+        self._pilot.finish()
+        return self._pilot.grid
 
     def _explore(self, request: Any) -> SetBoolResponse:
         self._goals.dropped("the robot explores" if request.data else "exploring ends")
@@ -319,13 +317,14 @@ def main() -> int:
     try:
         parameters, numbers = check_parameters(rospy.get_param("~", {}))
         floor = load_floor_map(parameters.map) if parameters.map else None
+        saver = MapSaver(parameters.save_to) if parameters.save_to else None
         if floor is None:
             rospy.loginfo("no map is given: the robot makes one while it drives")
         else:
             rows, columns = floor.grid.cells.shape
             rospy.loginfo("map %s: %.1f m by %.1f m, places: %s", floor.name, columns * floor.grid.resolution,
                           rows * floor.grid.resolution, ", ".join(floor.goals) or "none")
-        node = NavigationNode(parameters, floor, robot_info(), numbers)
+        node = NavigationNode(parameters, floor, robot_info(), numbers, saver)
     except PioneerError as error:
         rospy.logfatal("%s (What an earlier start was given stays until: rosparam delete %s)", error, rospy.get_name())
         return 2
