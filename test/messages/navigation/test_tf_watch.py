@@ -29,13 +29,20 @@ class Subscriber:
 
 
 @pytest.fixture
-def watch(monkeypatch):
+def now():
+    """Return the ROS time and the real time (s), both for a test to change."""
+    return {"ros": 5.0, "real": 1000.0}
+
+
+@pytest.fixture
+def watch(monkeypatch, now):
     monkeypatch.setattr(rospy, "Subscriber", Subscriber)
-    return tf_watch.TfWatch("odom", "base_link")
+    monkeypatch.setattr(tf_watch, "monotonic", lambda: now["real"])
+    return tf_watch.TfWatch("odom", "base_link", now=lambda: now["ros"])
 
 
-def tell(watch, who, parent, frame, x, static=False):
-    message = TFMessage([TransformStamped(Header(frame_id=parent, stamp=Time(5)), frame, Transform(
+def tell(watch, who, parent, frame, x, static=False, stamp=5):
+    message = TFMessage([TransformStamped(Header(frame_id=parent, stamp=Time(stamp)), frame, Transform(
         Vector3(x, 0.0, 0.0), Quaternion(0.0, 0.0, math.sin(math.pi / 4), math.cos(math.pi / 4))))])
     message._connection_header = {"callerid": who}
     watch._hear(message, static)
@@ -46,6 +53,21 @@ def test_a_frame_is_where_tf_says(watch):
     tell(watch, "/b", "odom", "camera", 1.0, static=True)
     assert watch.pose("camera", "map") == pytest.approx((2.0, 1.0, math.pi))
     assert watch.trouble() == ""
+
+
+@pytest.mark.parametrize("back", [3, 30])
+def test_when_time_jumps_back_older_transforms_count_no_more(watch, now, back):
+    now["ros"] = 100.0
+    tell(watch, "/a", "map", "odom", 2.0, stamp=100)
+    tell(watch, "/b", "odom", "camera", 1.0, static=True)
+    now["ros"] -= back
+    tell(watch, "/a", "map", "odom", 3.0, stamp=100)        # who sent it had not heard of the jump
+    with pytest.raises(UsageError, match="nobody says where its frame odom is"):
+        watch.pose("odom", "map")
+    now["real"] += tf_watch.SETTLING
+    tell(watch, "/a", "map", "odom", 7.0, stamp=100 - back)
+    assert watch.pose("odom", "map").x == pytest.approx(7.0)
+    assert watch.pose("camera", "map")[:2] == pytest.approx((7.0, 1.0)), "what is static stays"
 
 
 def test_a_frame_that_nobody_tells_is_named(watch):

@@ -7,8 +7,9 @@ In a crowd nobody can hear all of tf: of 30 robots, each would take what 60 node
 more time than to navigate. There goals must be in the frame of the map.
 """
 
+import threading
 from time import monotonic
-from typing import Any, Dict, List
+from typing import Any, Callable, Dict, List
 
 import rospy
 import tf2_ros
@@ -20,6 +21,8 @@ from .messages import pose_of_transform
 
 FORGOTTEN = 2.0
 """Time (s) after which somebody who published a frame publishes it no more."""
+SETTLING = 0.5
+"""Time (s) after ROS time has jumped back in which somebody may still send stamps of before."""
 MOST_PUBLISHERS = 12
 """Most nodes that may publish tf: those of six robots."""
 
@@ -29,22 +32,35 @@ class TfWatch:
 
     Args:
         frames: the frames that one node alone may publish.
+        now: returns the ROS time (s).
     """
 
-    def __init__(self, *frames: str):
+    def __init__(self, *frames: str, now: Callable[[], float] = rospy.get_time):
         self._said: Dict[str, Dict[str, float]] = {frame: {} for frame in frames}     # by frame: who, and until when
         self._buffer = tf2_ros.Buffer(debug=False)
+        self._now, self._newest, self._settled_at, self._lock = now, 0.0, 0.0, threading.Lock()
         self._subscribers = [rospy.Subscriber(topic, TFMessage, self._hear, is_static, queue_size=100)
                              for topic, is_static in (("/tf", False), ("/tf_static", True))]
 
     def _hear(self, message: Any, is_static: bool) -> None:
-        keep = self._buffer.set_transform_static if is_static else self._buffer.set_transform
+        keep = self._buffer.set_transform_static if is_static else self._keep
         who, until = message._connection_header["callerid"], float("inf") if is_static else monotonic() + FORGOTTEN
         for transform in message.transforms:
             keep(transform, who)
             publishers = self._said.get(transform.child_frame_id.lstrip("/"))
             if publishers is not None:
                 publishers[who] = until
+
+    def _keep(self, transform: Any, who: str) -> None:
+        """Keep a transform that moves. When ROS time jumps back, older ones would count until it has caught up."""
+        with self._lock:        # each publisher has a thread
+            now = self._now()
+            if now < self._newest:
+                self._settled_at = monotonic() + SETTLING
+                self._buffer.clear()        # static ones stay
+            self._newest = now
+            if monotonic() >= self._settled_at:
+                self._buffer.set_transform(transform, who)
 
     def leave_a_crowd(self) -> None:
         """Hear no tf any more if too many nodes publish it, and say so."""
