@@ -24,6 +24,7 @@ def test_a_pose_comes_back_as_it_went():
 @pytest.mark.parametrize("turn, named", [
     ((0.0, 0.0, 0.0, 0.0), "unit quaternion"), ((0.0, 0.0, 2.0, 2.0), "length 2.83"),
     ((0.0, 0.0, math.nan, 1.0), "finite"), ((0.0, 0.0, 0.0, math.inf), "finite"),
+    ((0.0, 0.0, 1e200, 0.0), "length 1e.200"),
 ])
 def test_an_orientation_that_is_none_is_named(turn, named):
     with pytest.raises(UsageError, match=named):

@@ -118,9 +118,11 @@ class GoalServer:
         goal: MoveBaseGoal = handle.get_goal()
         try:
             self._accept(goal.target_pose)
-        except PioneerError as error:
-            rospy.logwarn("a goal is refused: %s", error)
-            self._refused.append((handle, str(error)))
+        except Exception as error:      # whatever it is: who sent the goal waits for an answer
+            expected = isinstance(error, PioneerError)
+            why_not = str(error) if expected else "%s: %s" % (type(error).__name__, error)
+            (rospy.logwarn if expected else rospy.logerr)("a goal is refused: %s", why_not)
+            self._refused.append((handle, why_not))
             return
         self.dropped("another goal has taken its place")
         self._handle = handle

@@ -33,7 +33,7 @@ def pose_of(message: PoseMessage) -> Pose:
     numbers = (place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w)
     if not all(map(math.isfinite, numbers)):
         raise UsageError("a pose must have finite numbers, not %s" % (tuple(numbers),))
-    length = math.sqrt(turn.x ** 2 + turn.y ** 2 + turn.z ** 2 + turn.w ** 2)
+    length = math.hypot(turn.x, turn.y, turn.z, turn.w)     # squares may overflow
     if abs(length - 1.0) > UPRIGHT:
         raise UsageError("the orientation (%g, %g, %g, %g) has the length %.3g: it must be a unit quaternion"
                          % (turn.x, turn.y, turn.z, turn.w, length))
