@@ -103,3 +103,11 @@ def test_a_goal_that_cannot_even_be_read_is_rejected(robot):
     status = robot.send(1.0)
     assert status.state == GoalStatus.REJECTED and "OverflowError: too large" in status.text
     assert any("too large" in line for line in robot.log)
+
+
+def test_while_time_stands_each_simple_goal_is_a_goal_of_its_own(robot):
+    for x in (1.0, 2.0):
+        robot.send_simply(x)
+    assert robot.accepted == [1.0, 2.0]
+    first, second = robot.statuses()
+    assert first.id != second.id and (first.state, second.state) == (GoalStatus.PREEMPTED, GoalStatus.ACTIVE)

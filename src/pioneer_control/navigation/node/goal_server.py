@@ -139,6 +139,5 @@ class GoalServer:
         if why_not:
             say_refused(why_not)
             return
-        stamp = rospy.Time.now()
-        self._own_goals.publish(MoveBaseActionGoal(
-            Header(stamp=stamp), GoalID(stamp, "simple_goal-%s" % stamp), MoveBaseGoal(message)))
+        # Without an id: the server makes one, also of its own while time stands.
+        self._own_goals.publish(MoveBaseActionGoal(Header(stamp=rospy.Time.now()), GoalID(), MoveBaseGoal(message)))
