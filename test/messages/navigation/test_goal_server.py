@@ -111,3 +111,22 @@ def test_while_time_stands_each_simple_goal_is_a_goal_of_its_own(robot):
     assert robot.accepted == [1.0, 2.0]
     first, second = robot.statuses()
     assert first.id != second.id and (first.state, second.state) == (GoalStatus.PREEMPTED, GoalStatus.ACTIVE)
+
+
+def test_a_goal_older_than_the_last_cancel_is_recalled_and_that_is_logged(robot):
+    robot.actionlib.internal_cancel_callback(GoalID(Time(99), ""))
+    assert robot.send(1.0, "late", stamp=98.0).state == GoalStatus.RECALLED
+    assert any("a goal is recalled" in line for line in robot.log)
+    assert robot.send(1.0, "timely", stamp=99.5).state == GoalStatus.ACTIVE
+
+
+def test_a_cancel_counts_no_more_when_time_has_jumped_back(robot):
+    robot.actionlib.internal_cancel_callback(GoalID(Time(99), ""))
+    robot.at(40.0)
+    assert robot.send(1.0, "a", stamp=40.0).state == GoalStatus.ACTIVE
+    robot.actionlib.internal_cancel_callback(GoalID(Time(41), ""))
+    robot.at(10.0)
+    robot.server.look()
+    robot.at(40.5)      # before a goal came, time was as late again
+    assert robot.send(2.0, "b", stamp=40.5).state == GoalStatus.ACTIVE
+    assert robot.log == []

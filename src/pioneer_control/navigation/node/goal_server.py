@@ -7,7 +7,7 @@ from typing import Any, Callable, List, Optional, Tuple
 
 import actionlib
 import rospy
-from actionlib_msgs.msg import GoalID
+from actionlib_msgs.msg import GoalID, GoalStatus
 from geometry_msgs.msg import PoseStamped
 from move_base_msgs.msg import (MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal,
                                 MoveBaseResult)
@@ -29,6 +29,7 @@ class _Server(actionlib.ActionServer):
 
     def __init__(self, refuses: Callable[[Any], str], cancel_all: Callable[[], None], *arguments: Any) -> None:
         self._refuses, self._cancel_all = refuses, cancel_all
+        self._newest = rospy.Time()
         super().__init__(NAME, MoveBaseAction, *arguments, auto_start=False)
 
     def initialize(self) -> None:
@@ -43,13 +44,26 @@ class _Server(actionlib.ActionServer):
         if why_not:
             say_refused(why_not)
             return
-        super().internal_goal_callback(goal)
+        with self.lock:
+            self.look_at_time()
+            super().internal_goal_callback(goal)
+            if any(each.status.status == GoalStatus.RECALLED and each.status.goal_id.id == goal.goal_id.id
+                   for each in self.status_list):
+                rospy.logwarn("a goal is recalled: it is older than the last request to cancel, or has its id")
+
+    def look_at_time(self) -> None:
+        """Forget the time of the last request to cancel when time jumps back: each goal would be older than that."""
+        now = rospy.Time.now()
+        if now < self._newest:
+            self.last_cancel = rospy.Time()
+        self._newest = now
 
     def internal_cancel_callback(self, goal_id: GoalID) -> None:
         """Take a request to cancel. One without id and stamp means every goal (actionlib), also one of `go_to`."""
-        super().internal_cancel_callback(goal_id)
-        if not goal_id.id and not goal_id.stamp:
-            with self.lock:
+        with self.lock:
+            self.look_at_time()
+            super().internal_cancel_callback(goal_id)
+            if not goal_id.id and not goal_id.stamp:
                 self._cancel_all()
 
 
@@ -90,6 +104,7 @@ class GoalServer:
         told, self._told_next, self._refused = self._told_next, self._refused, []
         for handle, why_not in told:
             handle.set_rejected(MoveBaseResult(), why_not)
+        self._server.look_at_time()
         self._server.publish_status()
 
     def feedback(self, here: PoseStamped) -> None:
