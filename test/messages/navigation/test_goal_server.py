@@ -130,3 +130,12 @@ def test_a_cancel_counts_no_more_when_time_has_jumped_back(robot):
     robot.at(40.5)      # before a goal came, time was as late again
     assert robot.send(2.0, "b", stamp=40.5).state == GoalStatus.ACTIVE
     assert robot.log == []
+
+
+def test_a_goal_that_must_not_be_obeyed_is_rejected_with_its_reason(robot):
+    robot.why_not = "it is played back from a bag"
+    status = robot.send(1.0, "recorded", stamp=99.0)
+    assert (status.state, status.text) == (GoalStatus.REJECTED, "it is played back from a bag")
+    assert robot.accepted == [] and len(robot.log) == 1
+    robot.why_not = ""
+    assert robot.send(2.0).state == GoalStatus.ACTIVE

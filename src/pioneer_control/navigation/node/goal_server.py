@@ -25,11 +25,16 @@ def say_refused(why_not: str) -> None:
 
 
 class _Server(actionlib.ActionServer):
-    """An action server that refuses goals of a bag player, and whose "cancel all" also ends goals of a service."""
+    """An action server that knows which goals come from a bag player, and whose "cancel all" also ends goals of a
+    service.
+
+    Attributes:
+        why_not: why the goal that comes now must not be obeyed; empty: it may be.
+    """
 
     def __init__(self, refuses: Callable[[Any], str], cancel_all: Callable[[], None], *arguments: Any) -> None:
         self._refuses, self._cancel_all = refuses, cancel_all
-        self._newest = rospy.Time()
+        self.why_not, self._newest = "", rospy.Time()
         super().__init__(NAME, MoveBaseAction, *arguments, auto_start=False)
 
     def initialize(self) -> None:
@@ -39,12 +44,10 @@ class _Server(actionlib.ActionServer):
             self.status_timer.shutdown()
 
     def internal_goal_callback(self, goal: MoveBaseActionGoal) -> None:
-        """Take a goal that comes, unless it comes from a bag."""
-        why_not = self._refuses(goal)
-        if why_not:
-            say_refused(why_not)
-            return
+        """Take a goal that comes."""
+        why_not = self._refuses(goal)       # without the lock: it may take a moment
         with self.lock:
+            self.why_not = why_not
             self.look_at_time()
             super().internal_goal_callback(goal)
             if any(each.status.status == GoalStatus.RECALLED and each.status.goal_id.id == goal.goal_id.id
@@ -131,6 +134,10 @@ class GoalServer:
 
     def _goal(self, handle: Any) -> None:
         goal: MoveBaseGoal = handle.get_goal()
+        if self._server.why_not:
+            say_refused(self._server.why_not)
+            self._refused.append((handle, self._server.why_not))
+            return
         try:
             self._accept(goal.target_pose)
         except Exception as error:      # whatever it is: who sent the goal waits for an answer

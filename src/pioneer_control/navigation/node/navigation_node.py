@@ -216,7 +216,8 @@ class NavigationNode:
         try:
             why_not = self._refuses(message)     # without the lock: it may take a moment
             if why_not:
-                raise RefusedError(why_not)
+                rospy.logwarn_throttle(10.0, "initialpose is refused: %s" % why_not)    # it may send ten a second
+                return
             pose = self._in_map(message.header, pose_of(message.pose.pose))
             with self._lock:
                 self._pilot.start_at(pose, *spread_of(message.pose.covariance))
