@@ -14,6 +14,8 @@ from ...floor_poses import Pose
 from ...maps import GridMap
 from ...message_values import heading_of, quaternion_of
 
+LEAST_SPREAD = 0.05
+"""Smallest standard deviation (m, rad) of a pose that somebody tells: nobody knows it more exactly."""
 UPRIGHT = 0.1
 """How far the length of a quaternion may differ from 1; RViz and programs send unit quaternions."""
 
@@ -32,7 +34,7 @@ def pose_of(message: PoseMessage) -> Pose:
     place, turn = message.position, message.orientation
     numbers = (place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w)
     if not all(map(math.isfinite, numbers)):
-        raise UsageError("a pose must have finite numbers, not %s" % (tuple(numbers),))
+        raise UsageError("a pose must have finite numbers, not (%s)" % ", ".join("%.4g" % each for each in numbers))
     length = math.hypot(turn.x, turn.y, turn.z, turn.w)     # squares may overflow
     if abs(length - 1.0) > UPRIGHT:
         raise UsageError("the orientation (%g, %g, %g, %g) has the length %.3g: it must be a unit quaternion"
@@ -66,13 +68,32 @@ def pose_with_covariance(pose: Pose, covariance: Any, frame: str, stamp: Any) ->
 def spread_of(covariance: Sequence[float]) -> Tuple[float, float]:
     """Return standard deviations of place (m) and heading (rad) of a message's covariance (36 numbers).
 
+    They are `LEAST_SPREAD` at least, and half a turn at most.
+
     Raises:
         UsageError: a variance is negative or not finite.
     """
     variances = covariance[0], covariance[7], covariance[35]
     if not all(math.isfinite(variance) and variance >= 0.0 for variance in variances):
-        raise UsageError("the variances %s must be finite, and 0 or more" % (variances,))
-    return math.sqrt(max(variances[:2])), math.sqrt(variances[2])
+        raise UsageError("the variances (%.4g, %.4g, %.4g) must be finite, and 0 or more" % variances)
+    place, heading = math.sqrt(max(variances[:2])), math.sqrt(variances[2])
+    return max(LEAST_SPREAD, place), min(max(LEAST_SPREAD, heading), math.pi)
+
+
+def check_start(pose: Pose, spread: float, grid: GridMap, name: str = "the place") -> None:
+    """Check that a robot may be where somebody says, with a standard deviation of the place (m). `name` is for people.
+
+    Raises:
+        UsageError: that is not on the map, or tells nothing about where on the map.
+    """
+    left, bottom, right, top = grid.bounds
+    if not (left <= pose.x <= right and bottom <= pose.y <= top):
+        raise UsageError("%s (%.4g, %.4g) lies outside of the map, which has x from %.2f to %.2f and y from %.2f to"
+                         " %.2f" % (name, pose.x, pose.y, left, right, bottom, top))
+    size = math.hypot(right - left, top - bottom)
+    if spread > size:
+        raise UsageError("a standard deviation of %.4g m is more than the size of the map, %.1f m: the service"
+                         " global_localization says that the robot may be anywhere" % (spread, size))
 
 
 def cloud_message(particles: Any, most: int, frame: str, stamp: Any) -> PoseArray:

@@ -42,7 +42,7 @@ from ..values import Sensing
 from .goal_server import GoalServer
 from .hearing import Hearing, robot_info
 from .map_saver import MapSaver, write_map
-from .messages import header_of, path_message, pose_message, pose_of, spread_of
+from .messages import check_start, header_of, path_message, pose_message, pose_of, spread_of
 from .parameters import NavigationParameters, check_parameters
 from .place_keeper import PlaceKeeper
 from .telling import Telling
@@ -219,8 +219,11 @@ class NavigationNode:
                 rospy.logwarn_throttle(10.0, "initialpose is refused: %s" % why_not)    # it may send ten a second
                 return
             pose = self._in_map(message.header, pose_of(message.pose.pose))
+            place, heading = spread_of(message.pose.covariance)
             with self._lock:
-                self._pilot.start_at(pose, *spread_of(message.pose.covariance))
+                if not self._pilot.makes_map:       # that refuses each start
+                    check_start(pose, place, self._pilot.grid)
+                self._pilot.start_at(pose, place, heading)
         except PioneerError as error:
             rospy.logwarn("initialpose is refused: %s", error)
             return
@@ -318,6 +321,8 @@ def main() -> int:
     try:
         parameters, numbers = check_parameters(rospy.get_param("~", {}))
         floor = load_floor_map(parameters.map) if parameters.map else None
+        if floor is not None and parameters.initial_pose is not None:
+            check_start(parameters.initial_pose, 0.0, floor.grid, "~initial_pose")
         saver = MapSaver(parameters.save_to) if parameters.save_to else None
         if floor is None:
             rospy.loginfo("no map is given: the robot makes one while it drives")
