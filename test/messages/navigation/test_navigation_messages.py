@@ -84,7 +84,9 @@ def test_each_pose_of_a_path_looks_to_the_next():
     headings = [pose_of(pose.pose).heading for pose in message.poses]
     assert headings == pytest.approx([math.pi / 4, math.pi / 2, math.pi / 2])
     assert path_message([(1.0, 2.0)], "map", STAMP).poses[0].pose.position.x == 1.0
-    assert path_message([], "map", STAMP).poses == []
+    assert path_message([], "map", STAMP).poses == [] == path_message([], "map", STAMP, 1.0).poses
+    end = path_message([(0.0, 0.0), (1.0, 1.0)], "map", STAMP, -1.0).poses[1].pose
+    assert pose_of(end).heading == pytest.approx(-1.0)
 
 
 def test_a_cloud_and_a_footprint():

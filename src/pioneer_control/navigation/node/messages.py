@@ -1,7 +1,7 @@
 """Converts the values of navigation to ROS messages, and back. Pure: no node, no clock."""
 
 import math
-from typing import Any, Iterable, Sequence, Tuple
+from typing import Any, Iterable, Optional, Sequence, Tuple
 
 from geometry_msgs.msg import (Point, Point32, Polygon, PolygonStamped, Pose2D, PoseArray, PoseStamped,
                                PoseWithCovariance, PoseWithCovarianceStamped, Quaternion)
@@ -80,16 +80,22 @@ def spread_of(covariance: Sequence[float]) -> Tuple[float, float]:
     return max(LEAST_SPREAD, place), min(max(LEAST_SPREAD, heading), math.pi)
 
 
-def check_start(pose: Pose, spread: float, grid: GridMap, name: str = "the place") -> None:
-    """Check that a robot may be where somebody says, with a standard deviation of the place (m). `name` is for people.
-
-    Raises:
-        UsageError: that is not on the map, or tells nothing about where on the map.
-    """
+def check_on_map(pose: Pose, grid: GridMap, name: str) -> None:
+    """Check that a pose lies within the bounds of a map. Raises UsageError with its `name` for people if not."""
     left, bottom, right, top = grid.bounds
     if not (left <= pose.x <= right and bottom <= pose.y <= top):
         raise UsageError("%s (%.4g, %.4g) lies outside of the map, which has x from %.2f to %.2f and y from %.2f to"
                          " %.2f" % (name, pose.x, pose.y, left, right, bottom, top))
+
+
+def check_start(pose: Pose, spread: float, grid: GridMap) -> None:
+    """Check that a robot may be where somebody says, with a standard deviation of the place (m).
+
+    Raises:
+        UsageError: that is not on the map, or tells nothing about where on the map.
+    """
+    check_on_map(pose, grid, "the place")
+    left, bottom, right, top = grid.bounds
     size = math.hypot(right - left, top - bottom)
     if spread > size:
         raise UsageError("a standard deviation of %.4g m is more than the size of the map, %.1f m: the service"
@@ -105,11 +111,13 @@ def cloud_message(particles: Any, most: int, frame: str, stamp: Any) -> PoseArra
     return PoseArray(header_of(frame, stamp), [pose_message(Pose(*particle)) for particle in some])
 
 
-def path_message(points: Iterable[Tuple[float, float]], frame: str, stamp: Any) -> Path:
-    """Return a path of points (m) as a message. Each pose heads to the next point."""
+def path_message(points: Iterable[Tuple[float, float]], frame: str, stamp: Any,
+                 heading: Optional[float] = None) -> Path:
+    """Return a path of points (m) as a message. Each pose heads to the next point, the last one to `heading` (rad)."""
     places = list(points)
     headings = [math.atan2(after[1] - before[1], after[0] - before[0]) for before, after in zip(places, places[1:])]
-    poses = [Pose(x, y, heading) for (x, y), heading in zip(places, headings + headings[-1:] or [0.0])]
+    last = [heading] if heading is not None else headings[-1:] or [0.0]
+    poses = [Pose(x, y, ahead) for (x, y), ahead in zip(places, headings + last)]
     return Path(header_of(frame, stamp), [PoseStamped(header_of(frame, stamp), pose_message(pose)) for pose in poses])
 
 

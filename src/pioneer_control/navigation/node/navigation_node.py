@@ -23,7 +23,7 @@ from typing import Any, Callable, List, Optional
 
 import rospy
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist, Vector3
-from nav_msgs.srv import GetMap, GetMapResponse, GetPlan, GetPlanResponse
+from nav_msgs.srv import GetMap, GetMapResponse, GetPlan
 from std_srvs.srv import Empty, EmptyResponse, SetBool, SetBoolResponse
 
 from ...errors import PioneerError, RefusedError, UsageError
@@ -42,9 +42,10 @@ from ..values import Sensing
 from .goal_server import GoalServer
 from .hearing import Hearing, robot_info
 from .map_saver import MapSaver, write_map
-from .messages import check_start, header_of, path_message, pose_message, pose_of, spread_of
+from .messages import check_on_map, check_start, header_of, pose_message, pose_of, spread_of
 from .parameters import NavigationParameters, check_parameters
 from .place_keeper import PlaceKeeper
+from .plan_maker import PlanMaker
 from .telling import Telling
 from .tf_watch import TfWatch
 
@@ -106,10 +107,11 @@ class NavigationNode:
 
     def run(self) -> None:
         """Navigate until ROS shuts down. The loop looks whether the robot is silent; it uses real time."""
+        plans = PlanMaker(self._pilot, self._frame, self._in_map, self._here)
         for name, kind, serve in (
                 ("go_to", GoTo, self._go_to), ("static_map", GetMap, self._static_map),
                 ("global_localization", Empty, self._anywhere), ("save_map", SaveMap, self._save_map),
-                ("explore", SetBool, self._explore), ("move_base/make_plan", GetPlan, self._make_plan),
+                ("explore", SetBool, self._explore), ("move_base/make_plan", GetPlan, plans.serve),
                 ("move_base/clear_costmaps", Empty, self._forget_obstacles)):
             rospy.Service(name, kind, self._locked(serve))
         rospy.Subscriber("initialpose", PoseWithCovarianceStamped, self._hear_start, queue_size=1)
@@ -273,15 +275,6 @@ class NavigationNode:
             raise rospy.ServiceException(str(error)) from None
         return EmptyResponse()
 
-    def _make_plan(self, request: Any) -> GetPlanResponse:
-        points: List[Any] = []
-        try:
-            start, goal = (self._in_map(each.header, pose_of(each.pose)) for each in (request.start, request.goal))
-            points = self._pilot.way(start, goal)
-        except PioneerError as error:
-            rospy.logwarn("no plan: %s", error)
-        return GetPlanResponse(path_message(points, self._frame, rospy.Time.now()))
-
     def _forget_obstacles(self, request: Any) -> EmptyResponse:
         self._pilot.forget_obstacles()
         return EmptyResponse()
@@ -322,7 +315,7 @@ def main() -> int:
         parameters, numbers = check_parameters(rospy.get_param("~", {}))
         floor = load_floor_map(parameters.map) if parameters.map else None
         if floor is not None and parameters.initial_pose is not None:
-            check_start(parameters.initial_pose, 0.0, floor.grid, "~initial_pose")
+            check_on_map(parameters.initial_pose, floor.grid, "~initial_pose")
         saver = MapSaver(parameters.save_to) if parameters.save_to else None
         if floor is None:
             rospy.loginfo("no map is given: the robot makes one while it drives")
