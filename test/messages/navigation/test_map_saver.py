@@ -11,11 +11,20 @@ from pioneer_control.maps import FREE, GridMap
 from pioneer_control.navigation.map_files import load_floor_map
 from pioneer_control.navigation.node.map_saver import MapSaver
 
+START = Pose(3.0, -1.0, 3.1)
 DOOR = {"door": Pose(0.5, 0.5, 0.0)}
 
 
 def grid_of(side):
     return GridMap(np.full((side, side), FREE, dtype=np.int8), 0.05, (0.0, 0.0))
+
+
+def saver_of(file, *odometry):
+    """Return a saver that has heard of a robot: by default of one that has driven 1 m."""
+    saver = MapSaver(str(file))
+    for pose in odometry or (START, START._replace(x=2.0)):
+        saver.hear(pose)
+    return saver
 
 
 @pytest.fixture
@@ -29,7 +38,7 @@ def temporary(tmp_path, monkeypatch):
 
 def test_a_map_and_its_places_are_saved(tmp_path):
     file = str(tmp_path / "lab.yaml")
-    assert MapSaver(file).save(lambda: grid_of(20), DOOR) == "the map is saved in %s" % file
+    assert saver_of(file).save(lambda: grid_of(20), DOOR) == "the map is saved in %s" % file
     saved = load_floor_map(file)
     assert saved.grid == grid_of(20) and saved.goals == DOOR
 
@@ -48,7 +57,7 @@ def test_where_nothing_can_be_written_is_said_at_the_start(tmp_path):
 def test_what_cannot_be_written_at_the_end_is_kept_elsewhere(tmp_path, temporary):
     folder = tmp_path / "stick"
     folder.mkdir()
-    saver = MapSaver(str(folder / "lab.yaml"))
+    saver = saver_of(folder / "lab.yaml")
     folder.rmdir()      # somebody pulls it out
     said = saver.save(lambda: grid_of(20), DOOR)
     assert "stick/lab.yaml cannot be written: No such file" in said and "\n" not in said
@@ -58,8 +67,57 @@ def test_what_cannot_be_written_at_the_end_is_kept_elsewhere(tmp_path, temporary
 
 
 def test_a_map_that_can_be_saved_nowhere_is_said_to_be_lost(tmp_path, temporary):
-    saver = MapSaver(str(tmp_path / "lab.yaml"))
+    saver = saver_of(tmp_path / "lab.yaml")
     (tmp_path / "lab.pgm").mkdir()
     temporary.rmdir()
     said = saver.save(lambda: grid_of(20), {})
     assert "lab.yaml cannot be written" in said and "THE MAP IS LOST" in said and "\n" not in said
+
+
+@pytest.mark.parametrize("odometry", [(), (START, START._replace(x=3.02, heading=-3.17))])
+def test_of_a_robot_that_has_not_driven_no_map_is_saved(tmp_path, odometry):
+    file = tmp_path / "lab.yaml"
+    file.write_text("of yesterday")
+    saver = MapSaver(str(file))
+    for pose in odometry:
+        saver.hear(pose)
+    assert saver.save(lambda: grid_of(20), {}) == "no map is saved in %s: the robot has not driven" % file
+    assert file.read_text() == "of yesterday"
+
+
+@pytest.mark.parametrize("way", [(START._replace(y=-1.2), START), (START._replace(heading=-3.0),)])
+def test_a_way_there_and_back_or_a_turn_is_enough(tmp_path, way):
+    assert "is saved" in saver_of(tmp_path / "lab.yaml", START, *way).save(lambda: grid_of(20), {})
+
+
+@pytest.mark.parametrize("image", ["image: lab.pgm", "image: '{0}/lab.pgm'  "])
+def test_older_maps_are_kept_whole(tmp_path, image):
+    file = tmp_path / "lab.yaml"
+    for side, places in ((20, DOOR), (30, {}), (40, DOOR)):
+        said = saver_of(file).save(lambda side=side: grid_of(side), places)
+        file.write_text(file.read_text().replace("image: lab.pgm", image.format(tmp_path)))
+    assert said == "the map is saved in %s; the one before is kept in %s" % (file, tmp_path / "lab.2.yaml")
+    for name, side, places in (("lab.1", 20, DOOR), ("lab.2", 30, {}), ("lab", 40, DOOR)):
+        kept = load_floor_map(str(tmp_path / (name + ".yaml")))
+        assert kept.grid == grid_of(side) and kept.goals == places, name
+
+
+def test_an_older_map_with_another_image_keeps_it(tmp_path):
+    file = tmp_path / "lab.yaml"
+    saver_of(file).save(lambda: grid_of(20), {})
+    (tmp_path / "lab.pgm").rename(tmp_path / "scan.pgm")
+    file.write_text(file.read_text().replace("lab.pgm", "scan.pgm"))
+    saver_of(file).save(lambda: grid_of(30), {})
+    assert load_floor_map(str(tmp_path / "lab.1.yaml")).grid == grid_of(20)
+
+
+def test_an_older_map_that_cannot_be_kept_is_not_touched(tmp_path, temporary, monkeypatch):
+    def full(source, target):
+        raise OSError(28, "No space left on device")
+
+    file = tmp_path / "lab.yaml"
+    saver_of(file).save(lambda: grid_of(20), DOOR)
+    monkeypatch.setattr("shutil.copy2", full)
+    said = saver_of(file).save(lambda: grid_of(30), {})
+    assert "cannot be kept: No space left" in said and load_floor_map(said.rpartition(" ")[2]).grid == grid_of(30)
+    assert load_floor_map(str(file)).grid == grid_of(20) and load_floor_map(str(file)).goals == DOOR

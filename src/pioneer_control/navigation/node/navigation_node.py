@@ -129,7 +129,7 @@ class NavigationNode:
         with self._lock:
             self._stand()
             self._goals.dropped("navigation ends")
-            if self._saver is not None and self._pilot.step.where is not None:
+            if self._saver is not None:
                 print(self._saver.save(self._finished_map, self._keeper.places), flush=True)     # rosout has ended
 
     def _look_at_tf(self) -> None:
@@ -150,6 +150,8 @@ class NavigationNode:
     def _sense(self, sensed: List[Sensing]) -> None:
         for sensing in sensed:
             step = self._pilot.sense(sensing, self._hearing.readiness)
+            if self._saver is not None:
+                self._saver.hear(sensing.odometry)
         self._follow(step)
 
     def _without_news(self, silence: float) -> PilotStep:
