@@ -1,6 +1,7 @@
 """What navigation hears of tf, without a master: messages are handed to it."""
 
 import math
+import types
 
 import pytest
 import rospy
@@ -20,6 +21,7 @@ class Subscriber:
 
     def __init__(self, topic, kind, hear, argument, queue_size):
         self.topic, self.hear, self.argument, self.is_there = topic, hear, argument, True
+        self.impl = types.SimpleNamespace(connections=[])
 
     def get_num_connections(self):
         return self.publishers
@@ -45,6 +47,8 @@ def tell(watch, who, parent, frame, x, static=False, stamp=5):
     message = TFMessage([TransformStamped(Header(frame_id=parent, stamp=Time(stamp)), frame, Transform(
         Vector3(x, 0.0, 0.0), Quaternion(0.0, 0.0, math.sin(math.pi / 4), math.cos(math.pi / 4))))])
     message._connection_header = {"callerid": who}
+    if static:
+        watch._subscribers[1].impl.connections.append(types.SimpleNamespace(callerid_pub=who, done=False))
     watch._hear(message, static)
 
 
@@ -81,6 +85,17 @@ def test_two_who_tell_of_one_frame_are_named(watch):
     assert "odom: /a and /b" in watch.trouble()
     with pytest.raises(UsageError, match="nobody knows for sure"):
         watch.pose("odom", "map")
+
+
+@pytest.mark.parametrize("end", [
+    lambda connections: setattr(connections[0], "done", True), lambda connections: connections.clear()])
+def test_who_told_a_static_frame_counts_until_it_ends(watch, now, end):
+    tell(watch, "/a", "map", "odom", 2.0)
+    tell(watch, "/b", "map", "odom", 2.0, static=True)
+    now["real"] += 1.0
+    assert "odom: /a and /b" in watch.trouble()
+    end(watch._subscribers[1].impl.connections)
+    assert watch.trouble() == ""
 
 
 @pytest.mark.parametrize("publishers, stays", [(0, True), (12, True), (13, False)])

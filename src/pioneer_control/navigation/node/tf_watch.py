@@ -8,8 +8,9 @@ more time than to navigate. There goals must be in the frame of the map.
 """
 
 import threading
+from math import inf
 from time import monotonic
-from typing import Any, Callable, Dict, List
+from typing import Any, Callable, Dict, List, Set
 
 import rospy
 import tf2_ros
@@ -44,7 +45,7 @@ class TfWatch:
 
     def _hear(self, message: Any, is_static: bool) -> None:
         keep = self._buffer.set_transform_static if is_static else self._keep
-        who, until = message._connection_header["callerid"], float("inf") if is_static else monotonic() + FORGOTTEN
+        who, until = message._connection_header["callerid"], inf if is_static else monotonic() + FORGOTTEN
         for transform in message.transforms:
             keep(transform, who)
             publishers = self._said.get(transform.child_frame_id.lstrip("/"))
@@ -90,12 +91,18 @@ class TfWatch:
         except tf2_ros.TransformException:
             raise UsageError("nobody says where its frame %s is in %s" % (frame, parent)) from None
 
+    def _tell_static(self) -> Set[str]:
+        """Return the nodes that publish static transforms now. Each says them once: who has ended does not count."""
+        connections = self._subscribers[-1].impl.connections if self._subscribers else []
+        return {each.callerid_pub for each in connections if not each.done}
+
     def trouble(self) -> str:
         """Return which frame several nodes publish, for people; empty when each has one publisher."""
-        now = monotonic()
+        now, connected = monotonic(), self._tell_static()
         several: List[str] = []
         for frame, publishers in self._said.items():
-            names = sorted(name for name, until in publishers.copy().items() if until > now)
+            names = sorted(name for name, until in publishers.copy().items()
+                           if until > now and (until < inf or name in connected))
             if len(names) > 1:
                 several.append("%s: %s" % (frame, " and ".join(names)))
         if not several:
