@@ -35,6 +35,7 @@ def test_a_pose_to_begin_at():
     ({"localisation": 3}, "must have numbers below it"),
     ({"localisation": {"particles": -1}}, "particles"), ({"localisation": {"partikles": 9}}, "partikles"),
     ({"map": "lab.yaml", "save_to": "new.yaml"}, "save_to"), ({"save_to": "new.pgm"}, "must end in .yaml"),
+    ({"seed": -1}, "~seed = -1 is not legal: give a whole number from 0 up"),
 ])
 def test_what_is_not_legal_is_named(given, named):
     with pytest.raises(ParameterError, match=named):
