@@ -77,7 +77,10 @@ def check_parameters(given: Mapping[str, Any]) -> Tuple[NavigationParameters, Na
         if not isinstance(numbers, Mapping):
             raise ParameterError("~%s is %r: it must have numbers below it, such as ~%s/%s"
                                  % (part, numbers, part, fields(table)[0].name))
-        tuned[part], unknown = check(table, numbers)
+        try:
+            tuned[part], unknown = check(table, numbers)
+        except ParameterError as error:
+            raise ParameterError(str(error).replace("~", "~%s/" % part)) from None
         if unknown:
             raise ParameterError("unknown parameter ~%s/%s: there are %s" % (
                 part, unknown[0], ", ".join(entry.name for entry in fields(table))))
@@ -86,6 +89,10 @@ def check_parameters(given: Mapping[str, Any]) -> Tuple[NavigationParameters, Na
     if unknown:
         known = ", ~".join([entry.name for entry in fields(NavigationParameters)] + list(parts))
         raise ParameterError("unknown parameter ~%s: there are ~%s" % (", ~".join(unknown), known))
+    frames = parameters.global_frame_id, parameters.odom_frame, parameters.base_frame
+    if len(set(frames)) < len(frames):
+        raise ParameterError("~global_frame_id, ~odom_frame_id and ~base_frame_id, with ~frame_prefix, are %r, %r and"
+                             " %r: they must differ" % frames)
     if parameters.map and parameters.save_to:
         raise ParameterError("~save_to is %r: a map is saved where one is made, without ~map" % parameters.save_to)
     if parameters.save_to and not parameters.save_to.endswith(".yaml"):
