@@ -157,10 +157,7 @@ class NavigationNode:
     def _without_news(self, silence: float) -> PilotStep:
         """Return what to do after so long (s) without anything new of the robot: stand."""
         step = self._pilot.silent(silence)
-        if step.state is State.WAITING and self._hearing.time_stands:
-            step = step._replace(reason="time stands still: no message of the robot has a newer stamp for %.1f s"
-                                 % silence)
-        return step
+        return step._replace(reason=self._hearing.silence(silence)) if step.state is State.WAITING else step
 
     def _follow(self, step: PilotStep) -> None:
         """Drive, and tell everybody."""
