@@ -240,10 +240,10 @@ class NavigationNode:
         if frame == self._frame:
             return pose
         if not frame:
-            raise UsageError("its header has no frame; the map has %s" % self._frame)
+            raise UsageError("its header has no frame; the map has %r" % self._frame)
         age = (rospy.Time.now() - header.stamp).to_sec() if header.stamp else 0.0
         if age > OLD_GOAL:
-            raise UsageError("it is %.0f s old, and its frame %s moves; the map has %s" % (age, frame, self._frame))
+            raise UsageError("it is %.0f s old, and its frame %r moves; the map has %r" % (age, frame, self._frame))
         return compose(self._tf_watch.pose(frame, self._frame), pose)
 
     def _here(self) -> Pose:

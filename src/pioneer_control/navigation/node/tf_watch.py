@@ -81,15 +81,15 @@ class TfWatch:
             UsageError: nobody says so, or several nodes, or navigation hears no tf.
         """
         if not self._subscribers:
-            raise UsageError("more than %d nodes publish tf: navigation does not hear where its frame %s is; it must be"
-                             " in %s" % (MOST_PUBLISHERS, frame, parent))
+            raise UsageError("more than %d nodes publish tf: navigation does not hear where its frame %r is; it must be"
+                             " in %r" % (MOST_PUBLISHERS, frame, parent))
         trouble = self.trouble()
         if trouble:
-            raise UsageError("where its frame %s is nobody knows for sure: %s" % (frame, trouble))
+            raise UsageError("where its frame %r is nobody knows for sure: %s" % (frame, trouble))
         try:
             return pose_of_transform(self._buffer.lookup_transform(parent, frame, rospy.Time(0)).transform)
         except tf2_ros.TransformException:
-            raise UsageError("nobody says where its frame %s is in %s" % (frame, parent)) from None
+            raise UsageError("nobody says where its frame %r is in %r" % (frame, parent)) from None
 
     def _tell_static(self) -> Set[str]:
         """Return the nodes that publish static transforms now. Each says them once: who has ended does not count."""
