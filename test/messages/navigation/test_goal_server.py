@@ -129,7 +129,7 @@ def test_a_cancel_counts_no_more_when_time_has_jumped_back(robot):
     robot.server.look()
     robot.at(40.5)      # before a goal came, time was as late again
     assert robot.send(2.0, "b", stamp=40.5).state == GoalStatus.ACTIVE
-    assert robot.log == []
+    assert not any("recalled" in line for line in robot.log)
 
 
 def test_a_goal_that_must_not_be_obeyed_is_rejected_with_its_reason(robot):
@@ -139,3 +139,10 @@ def test_a_goal_that_must_not_be_obeyed_is_rejected_with_its_reason(robot):
     assert robot.accepted == [] and len(robot.log) == 1
     robot.why_not = ""
     assert robot.send(2.0).state == GoalStatus.ACTIVE
+
+
+def test_a_goal_that_is_cancelled_is_logged_once(robot):
+    robot.send(1.0)
+    for _ in range(2):
+        robot.actionlib.internal_cancel_callback(GoalID())
+    assert robot.log == ["the goal is cancelled"] and robot.statuses()[-1].state == GoalStatus.PREEMPTED

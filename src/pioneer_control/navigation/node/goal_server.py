@@ -91,6 +91,7 @@ class GoalServer:
         self._told_next: List[Tuple[Any, str]] = []
         self._server = _Server(refuses, cancel, self._goal, self._cancelled)
         self.lock = self._server.lock
+        self._current = rospy.Publisher(NAME + "/current_goal", PoseStamped, queue_size=1)
         self._own_goals = rospy.Publisher(NAME + "/goal", MoveBaseActionGoal, queue_size=1)
         rospy.Subscriber("move_base_simple/goal", PoseStamped, self._simple_goal, refuses, queue_size=1)
 
@@ -109,6 +110,10 @@ class GoalServer:
             handle.set_rejected(MoveBaseResult(), why_not)
         self._server.look_at_time()
         self._server.publish_status()
+
+    def on_the_way(self, goal: PoseStamped) -> None:
+        """Publish a goal that was accepted, of the action or of a service, in the frame of the map."""
+        self._current.publish(goal)
 
     def feedback(self, here: PoseStamped) -> None:
         """Tell who sent the goal where the robot is."""
@@ -152,6 +157,7 @@ class GoalServer:
 
     def _cancelled(self, handle: Any) -> None:
         if handle is self._handle or (self._handle is not None and handle == self._handle):
+            rospy.loginfo("the goal is cancelled")
             self._cancel()
             self.dropped("it was cancelled")
 

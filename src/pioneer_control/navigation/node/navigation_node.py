@@ -9,7 +9,7 @@ relative to the namespace of the robot. docs/navigation.md has all of them.
 says.
 
 *Action* ``move_base``. *Services* ``go_to``, ``static_map``, ``global_localization``, ``save_map``, ``save_place``,
-``explore``, ``move_base/make_plan``, ``move_base/clear_costmaps``.
+``explore``, ``move_base/make_plan``, ``move_base/clear_costmaps``, ``request_nomotion_update``.
 
 *Parameters*: see `NavigationParameters`; the numbers of `tuned` below the names of their parts.
 """
@@ -112,7 +112,8 @@ class NavigationNode:
                 ("go_to", GoTo, self._go_to), ("static_map", GetMap, self._static_map),
                 ("global_localization", Empty, self._anywhere), ("save_map", SaveMap, self._save_map),
                 ("explore", SetBool, self._explore), ("move_base/make_plan", GetPlan, plans.serve),
-                ("move_base/clear_costmaps", Empty, self._forget_obstacles)):
+                ("move_base/clear_costmaps", Empty, self._forget_obstacles),
+                ("request_nomotion_update", Empty, lambda request: EmptyResponse())):   # each packet is told anyway
             rospy.Service(name, kind, self._locked(serve))
         rospy.Subscriber("initialpose", PoseWithCovarianceStamped, self._hear_start, queue_size=1)
         self._hearing.start()
@@ -207,6 +208,7 @@ class NavigationNode:
         if why_not:
             self._telling.has_said(State.FAILED, why_not)      # who catches this says it
             raise RefusedError(why_not)
+        self._goals.on_the_way(PoseStamped(header_of(self._frame, rospy.Time.now()), pose_message(goal)))
         rospy.loginfo("goal: %s%.2f, %.2f", name and name + ", at ", goal.x, goal.y)
 
     def _cancel(self) -> None:
