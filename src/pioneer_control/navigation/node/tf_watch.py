@@ -67,9 +67,9 @@ class TfWatch:
         """Hear no tf any more if too many nodes publish it, and say so."""
         count = self._subscribers[0].get_num_connections() if self._subscribers else 0
         if count > MOST_PUBLISHERS:
-            for subscriber in self._subscribers:
+            subscribers, self._subscribers = self._subscribers, []
+            for subscriber in subscribers:
                 subscriber.unregister()
-            self._subscribers = []
             self._said = {frame: {} for frame in self._said}
             rospy.loginfo("%d nodes publish tf: navigation hears it no more, and takes goals in the frame of the map"
                           " alone", count)
@@ -93,8 +93,9 @@ class TfWatch:
 
     def _tell_static(self) -> Set[str]:
         """Return the nodes that publish static transforms now. Each says them once: who has ended does not count."""
-        connections = self._subscribers[-1].impl.connections if self._subscribers else []
-        return {each.callerid_pub for each in connections if not each.done}
+        topics = [subscriber.impl for subscriber in self._subscribers[-1:]]     # of rospy; None: just unregistered
+        return {each.callerid_pub for topic in topics if topic is not None for each in topic.connections
+                if not each.done}
 
     def trouble(self) -> str:
         """Return which frame several nodes publish, for people; empty when each has one publisher."""
