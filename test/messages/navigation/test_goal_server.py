@@ -92,10 +92,9 @@ class Robot:
 
 @pytest.fixture
 def robot(monkeypatch):
-    rospy.rostime.set_rostime_initialized(True)
-    yield Robot(monkeypatch)
-    rospy.rostime.set_rostime_initialized(False)
-    rospy.rostime._rostime_current = None
+    monkeypatch.setattr(rospy.rostime, "_rostime_initialized", True)
+    monkeypatch.setattr(rospy.rostime, "_rostime_current", None)
+    return Robot(monkeypatch)
 
 
 def test_a_goal_that_cannot_even_be_read_is_rejected(robot):
