@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from navigation_cases import MODELS
-from navigation_drives import MAP_RESOLUTION, map_of
+from navigation_wanders import MAP_RESOLUTION, map_of
 
 from pioneer_control.maps import GridMap
 from pioneer_control.navigation.localisation import Localisation

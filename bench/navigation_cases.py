@@ -24,6 +24,15 @@ class Case(NamedTuple):
     setup: Setup
 
 
+def seeds_of(text: str) -> List[int]:
+    """Return the seeds that a text names: one, first-last, or several of these by ','."""
+    seeds: List[int] = []
+    for part in text.split(","):
+        first, _, last = part.partition("-")
+        seeds += range(int(first), int(last or first) + 1)
+    return seeds
+
+
 def kinds() -> List[str]:
     """Return the kinds of worlds, in the order in which seeds take them."""
     return sorted(KINDS) + ["gallery"]

@@ -15,7 +15,7 @@ from multiprocessing import Pool
 from typing import List, NamedTuple, Tuple
 
 from simulated_robot import Setup, SimulatedRobot
-from navigation_cases import numbers_of
+from navigation_cases import numbers_of, seeds_of
 from navigation_drive import SPEED, TURN_RATE, goals_of, set_accelerations
 
 from pioneer_control.floor_poses import Pose
@@ -112,9 +112,8 @@ def main() -> int:
     parser.add_argument("--late", type=float, nargs="+", default=[0.0, 0.15, 0.3], help="s")
     parser.add_argument("--answered", type=float, default=0.7)
     options = parser.parse_args()
-    first, last = (int(each) for each in options.seeds.split("-"))
     cases = [Crowded(seed, options.world, options.model, options.robots, options.seconds, late, options.answered)
-             for seed in range(first, last + 1) for late in options.late]
+             for seed in seeds_of(options.seeds) for late in options.late]
     with Pool() as pool:
         for line in pool.imap_unordered(run, cases):
             print(line, flush=True)

@@ -17,7 +17,7 @@ from typing import List, NamedTuple, Tuple
 
 import numpy as np
 from simulated_robot import CYCLE, SimulatedRobot
-from navigation_cases import Case, case
+from navigation_cases import Case, case, seeds_of
 
 from pioneer_control import p2os
 from pioneer_control.floor_poses import Pose, wrapped
@@ -27,6 +27,7 @@ from pioneer_control.navigation.frames import into
 from pioneer_control.navigation.navigator import Navigator, Readiness, State
 from pioneer_control.navigation.planning import DrivableFloor
 from pioneer_control.navigation.tuned import PlanningNumbers
+from pioneer_control.robots import find_model
 from pioneer_control.simulator.world.generated import with_unmapped, with_walkers
 from pioneer_control.simulator.world.people import people_of
 
@@ -101,6 +102,8 @@ def prepared(its: Case, count: int) -> Tuple[GridMap, Chassis, List[Pose], rando
 def run(seed: int, options) -> List[Leg]:
     """Drive to the goals of a seed."""
     its = case(seed, options.specular)
+    if options.gripper:
+        its = its._replace(setup=its.setup._replace(gripper=find_model(its.setup.model).can_carry_gripper))
     grid_map, chassis, goals, luck = prepared(its, options.goals)
     kept = its.world.changed(goals={str(number): goal for number, goal in enumerate(goals)})
     world = with_walkers(with_unmapped(kept, luck.randint(0, 3), seed), options.walkers, seed)
@@ -240,6 +243,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--goals", type=int, default=3, help="in each world (default: %(default)s)")
     parser.add_argument("--walkers", type=int, default=0, help="people who walk in each world (default: %(default)s)")
     parser.add_argument("--localised", type=int, choices=[0, 1], default=1, help="0: the robot is told its true pose")
+    parser.add_argument("--gripper", action="store_true", help="robots that can carry a gripper have one")
     parser.add_argument("--specular", type=float, default=40.0,
                         help="degrees beyond which a wall returns no echo (default: %(default)s)")
     parser.add_argument("--processes", type=int, default=2)
@@ -250,14 +254,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> int:
     """Run what the command line says. Return 0 if all goals were reached without a contact, 1 if not."""
-    seeds: List[int] = []
-    for part in options.seeds.split(","):
-        first, _, last = part.partition("-")
-        seeds += range(int(first), int(last or first) + 1)
     legs: List[Leg] = []
     began = time.perf_counter()
     with Pool(options.processes) as pool:
-        for some in pool.imap(functools.partial(run, options=options), seeds):
+        for some in pool.imap(functools.partial(run, options=options), seeds_of(options.seeds)):
             legs += some
             for leg in filter(failed, some):
                 print("seed %d (%s, %s) goal %d: %s after %.0f s: %s; %d contacts %s" % (

@@ -13,7 +13,7 @@ from multiprocessing import Pool
 from typing import List, NamedTuple
 
 import numpy as np
-from navigation_cases import case
+from navigation_cases import case, seeds_of
 from navigation_drive import SPEED, TURN_RATE, set_accelerations
 from navigation_map import Drive, MapRun, calibrated, draw, free_right, transducers, walls_found
 from simulated_robot import SimulatedRobot
@@ -109,18 +109,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seeds", default="1000-1011", help="first-last (default: %(default)s)")
     parser.add_argument("--minutes", type=float, default=20.0, help="at most (default: %(default)s)")
     parser.add_argument("--specular", type=float, default=40.0, help="slant (deg) that loses walls (%(default)s)")
-    parser.add_argument("--jobs", type=int, default=1, help="processes (default: %(default)s)")
+    parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--picture", help="folder for a picture of each seed")
     parser.add_argument("--verbose", action="store_true", help="print each goal")
 
 
 def main(options: argparse.Namespace) -> int:
     """Run the part, and print its table."""
-    first, _, last = options.seeds.partition("-")
     runs: List[Exploration] = []
-    with Pool(options.jobs) as pool:
-        seeds = range(int(first), int(last or first) + 1)
-        for run in pool.imap(functools.partial(explored, options), seeds):
+    with Pool(options.processes) as pool:
+        for run in pool.imap(functools.partial(explored, options), seeds_of(options.seeds)):
             runs.append(run)
             print("%-18s %-8s known %5.1f %%, %s, %4.0f s, %4.0f m, %d goals, %d contacts, "
                   "pose %.2f m, walls %.0f %%, %.1f ms a packet, at worst %.0f; %s" % (

@@ -14,7 +14,8 @@ from typing import List, NamedTuple, Optional
 
 import numpy as np
 
-from navigation_drives import Drive, Wandering, recorded
+from navigation_cases import seeds_of
+from navigation_wanders import Wander, Wandering, recorded
 
 from pioneer_control.floor_poses import Pose, compose, relative, wrapped
 from pioneer_control.maps import OCCUPIED
@@ -67,7 +68,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> int:
     """Run what the command line says. Return 0 if no run failed, 1 if one did."""
-    first, last = (int(each) for each in options.seeds.split("-"))
     failures = 0
     print("seeds %s, %g minutes, %g m/s, walls are lost beyond %g degrees" % (
         options.seeds, options.minutes, options.speed, options.specular))
@@ -75,7 +75,7 @@ def main(options: argparse.Namespace) -> int:
     for start in STARTS if options.start == "all" else [options.start]:
         carried_at = options.minutes * 30.0 if start == "carried" else None
         jobs = [Job(Wandering(seed, options.minutes, options.specular, options.speed, carried_at), start,
-                    options.picture) for seed in range(first, last + 1)]
+                    options.picture) for seed in seeds_of(options.seeds)]
         with Pool(options.processes) as pool:
             runs = pool.map(run, jobs, chunksize=1)
         print(row(start, runs), flush=True)
@@ -118,24 +118,24 @@ def _errors(positions: List[np.ndarray], headings: List[np.ndarray]) -> str:
 
 
 def run(job: Job) -> Run:
-    """Localise one robot on its whole drive."""
-    drive = recorded(job.what)
+    """Localise one robot on its whole wander."""
+    wander = recorded(job.what)
     begin = time.thread_time()
-    localisation = Localisation(drive.grid_map, drive.transducers, seed=job.what.seed)
+    localisation = Localisation(wander.grid_map, wander.transducers, seed=job.what.seed)
     begin_cost = time.thread_time() - begin
     if job.start != "unknown":
-        localisation.known_start(roughly(drive.truth[0], job.what.seed))
+        localisation.known_start(roughly(wander.truth[0], job.what.seed))
     wheres, costs, clouds = [], [], []
-    for sensing in drive.sensings:
+    for sensing in wander.sensings:
         begin = time.thread_time()
         wheres.append(localisation.update(sensing))
         costs.append(1000.0 * (time.thread_time() - begin))
         if job.pictures and len(wheres) % 100 == 0:
             clouds.append(localisation.particles[::5].copy())
-    result = judged(job, drive, wheres)._replace(
+    result = judged(job, wander, wheres)._replace(
         mean_cost=float(np.mean(costs)), worst_cost=max(costs), begin_cost=begin_cost)
     if job.pictures and failed(result):
-        draw(os.path.join(job.pictures, "%s-%d.png" % (job.start, job.what.seed)), drive, wheres, clouds)
+        draw(os.path.join(job.pictures, "%s-%d.png" % (job.start, job.what.seed)), wander, wheres, clouds)
     return result
 
 
@@ -147,19 +147,19 @@ def roughly(pose: Pose, seed: int) -> Pose:
                 pose.heading + luck.choice((-1, 1)) * START_TURNED)
 
 
-def judged(job: Job, drive: Drive, wheres: List[Where]) -> Run:
+def judged(job: Job, wander: Wander, wheres: List[Where]) -> Run:
     """Compare where the robot believed to be with where it was."""
     times = np.array([where.time for where in wheres])
-    position, heading = off([where.pose for where in wheres], drive.truth)
+    position, heading = off([where.pose for where in wheres], wander.truth)
     sure = np.array([where.sure for where in wheres])
     right = (position < RIGHT_POSITION) & (heading < RIGHT_HEADING)
     last = times > times[-1] - 60.0
     carried_at = job.what.carried_at or 0.0
-    driving = np.cumsum(moves(drive.truth) & (times > carried_at)) * (times[1] - times[0])
+    driving = np.cumsum(moves(wander.truth) & (times > carried_at)) * (times[1] - times[0])
     known = driving[sure & right & (times > carried_at)]
-    alone = by_odometry(drive, carried_at)
+    alone = by_odometry(wander, carried_at)
     return Run(
-        drive.what.seed, drive.world, drive.model, bool(right[last].mean() >= MOSTLY), position[last],
+        wander.what.seed, wander.world, wander.model, bool(right[last].mean() >= MOSTLY), position[last],
         np.degrees(heading[last]), alone[0][last], np.degrees(alone[1][last]),
         float(known[0]) if len(known) else math.inf, longest(times, sure & (position > 0.5)),
         float(1.0 - sure[times > 60.0].mean()) if times[-1] > 60.0 else 0.0, 0.0, 0.0, 0.0)
@@ -177,15 +177,15 @@ def moves(truth) -> np.ndarray:
     return step + 0.3 * turn > 0.003
 
 
-def by_odometry(drive: Drive, carried_at: float):
+def by_odometry(wander: Wander, carried_at: float):
     """Return how far odometry alone is off that begins at the true pose, after the robot was carried again."""
     poses, origin, begun = [], None, False
-    for sensing, truth in zip(drive.sensings, drive.truth):
+    for sensing, truth in zip(wander.sensings, wander.truth):
         if origin is None or (carried_at and not begun and sensing.time > carried_at + 0.15):
             begun = origin is not None
             origin = truth, sensing.odometry
         poses.append(compose(origin[0], relative(origin[1], sensing.odometry)))
-    return off(poses, drive.truth)
+    return off(poses, wander.truth)
 
 
 def longest(times: np.ndarray, holds: np.ndarray) -> float:
@@ -197,23 +197,23 @@ def longest(times: np.ndarray, holds: np.ndarray) -> float:
     return best
 
 
-def draw(path: str, drive: Drive, wheres: List[Where], clouds: List[np.ndarray]) -> None:
+def draw(path: str, wander: Wander, wheres: List[Where], clouds: List[np.ndarray]) -> None:
     """Draw map, true path, believed path (grey where it was not sure) and cloud, every 10 s."""
     import matplotlib
     matplotlib.use("Agg")
     from matplotlib import pyplot
     os.makedirs(os.path.dirname(path), exist_ok=True)
     figure, axes = pyplot.subplots(figsize=(9, 9))
-    low_x, low_y, high_x, high_y = drive.grid_map.bounds
-    axes.imshow(drive.grid_map.cells == OCCUPIED, cmap="Greys", origin="lower", extent=(low_x, high_x, low_y, high_y))
+    low_x, low_y, high_x, high_y = wander.grid_map.bounds
+    axes.imshow(wander.grid_map.cells == OCCUPIED, cmap="Greys", origin="lower", extent=(low_x, high_x, low_y, high_y))
     for cloud in clouds:
         axes.plot(cloud[:, 0], cloud[:, 1], ",", color="tab:orange", alpha=0.4)
-    axes.plot([pose.x for pose in drive.truth], [pose.y for pose in drive.truth], color="tab:green", label="true")
+    axes.plot([pose.x for pose in wander.truth], [pose.y for pose in wander.truth], color="tab:green", label="true")
     for sure, colour in ((False, "0.6"), (True, "tab:blue")):
         some = [where.pose for where in wheres if where.sure == sure]
         axes.plot([pose.x for pose in some], [pose.y for pose in some], ".", ms=2, color=colour,
                   label="believed, %s" % ("sure" if sure else "not sure"))
-    axes.set_title("%s, %s, seed %d" % (drive.world, drive.model, drive.what.seed))
+    axes.set_title("%s, %s, seed %d" % (wander.world, wander.model, wander.what.seed))
     axes.legend(loc="upper right")
     figure.savefig(path, dpi=100)
     pyplot.close(figure)

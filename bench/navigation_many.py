@@ -11,10 +11,8 @@ import argparse
 import os
 import random
 import signal
-import socket
 import subprocess
 import sys
-import tempfile
 import time
 from collections import Counter
 
@@ -29,7 +27,7 @@ from pioneer_control.maps.grid_map import GridMap
 from pioneer_control.navigation.map_files import load_floor_map
 from pioneer_control.navigation.node.messages import header_of, pose_message
 
-from navigation_wire import Truth, end, until
+from navigation_wire import Truth, end, ros_master, until
 
 CYCLE = 0.1     # s, between two packets of a robot
 ROOM = 0.45     # m, from a goal to the next wall
@@ -180,21 +178,9 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--world", default="classroom")
     options = parser.parse_args()
-    with socket.socket() as probe:
-        probe.bind(("localhost", 0))
-        port = probe.getsockname()[1]
-    os.environ["ROS_MASTER_URI"] = "http://localhost:%d" % port
-    folder = tempfile.mkdtemp(prefix="navigation-many-")
-    core = subprocess.Popen(["roscore", "-p", str(port)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    try:
-        until("a master", lambda: not subprocess.call(["rosparam", "list"], stdout=subprocess.DEVNULL,
-                                                      stderr=subprocess.DEVNULL))
-        rospy.init_node("navigation_many", disable_signals=True)
+    with ros_master("navigation_many") as folder:
         for count in options.robots:
             measure(count, options, folder)
-    finally:
-        end(core)
-    print("logs: " + folder)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from multiprocessing import Pool
 from typing import List, NamedTuple, Sequence, Tuple
 
 import numpy as np
-from navigation_cases import Case, case
+from navigation_cases import Case, case, seeds_of
 from scipy.spatial import cKDTree
 from simulated_robot import SimulatedRobot
 
@@ -209,15 +209,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--specular", type=float, default=40.0, help="slant (deg) that loses walls (%(default)s)")
     parser.add_argument("--real", action="store_true", help="leave all errors of the wheels")
     parser.add_argument("--poses", default=",".join(POSES), help="by which poses (default: %(default)s)")
-    parser.add_argument("--jobs", type=int, default=1, help="processes (default: %(default)s)")
+    parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--picture", help="folder for a picture of each seed")
 
 
 def main(options: argparse.Namespace) -> int:
     """Run the part, and print its table."""
-    first, _, last = options.seeds.partition("-")
-    seeds = range(int(first), int(last or first) + 1)
-    with Pool(options.jobs) as pool:
+    seeds = seeds_of(options.seeds)
+    with Pool(options.processes) as pool:
         rows = pool.map(functools.partial(one_seed, options), seeds, chunksize=1)
     heads = ["%26s" % ("%s: walls free worst" % each) for each in options.poses.split(",")]
     print("%-20s %-9s" % ("world", "model") + "".join(heads))

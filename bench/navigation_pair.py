@@ -11,7 +11,7 @@ import sys
 from typing import List, Tuple
 
 from simulated_robot import CYCLE, Setup, SimulatedRobot
-from navigation_cases import MODELS, numbers_of
+from navigation_cases import MODELS, numbers_of, seeds_of
 from navigation_drive import SPEED, TURN_RATE, TruePlace, set_accelerations
 
 from pioneer_control.floor_poses import Pose
@@ -63,9 +63,8 @@ def main() -> int:
     """Run what the command line says; exit status 1 after a contact."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", default="1000-1019", help="first-last")
-    first, last = (int(each) for each in parser.parse_args().seeds.split("-"))
     touched = 0
-    for seed in range(first, last + 1):
+    for seed in seeds_of(parser.parse_args().seeds):
         ends, contacts, time = run(seed)
         touched += contacts
         print("seed %d: %s; %d contacts, %.0f s" % (seed, ends, contacts, time), flush=True)

@@ -10,6 +10,7 @@ With ``--faults`` the robot drives between two places of the office, and each ki
 """
 
 import argparse
+import contextlib
 import json
 import math
 import os
@@ -21,6 +22,7 @@ import sys
 import tempfile
 import threading
 import time
+from typing import Iterator
 
 import actionlib
 import numpy as np
@@ -35,7 +37,7 @@ from std_srvs.srv import SetBool
 from pioneer_control.msg import Navigation  # before the modules of the bench, which look for the sources alone
 from pioneer_control.floor_poses import wrapped
 
-from navigation_cases import case
+from navigation_cases import case, seeds_of
 from navigation_drive import prepared
 
 PATIENCE = 60.0  # s, for what should happen at once
@@ -88,6 +90,25 @@ def end(process: subprocess.Popen) -> None:
         process.wait(30.0)
     except subprocess.TimeoutExpired:
         process.kill()
+
+
+@contextlib.contextmanager
+def ros_master(node: str) -> Iterator[str]:
+    """Run a roscore on a free port for a ``with`` block. The block gets a folder for logs; it is the node `node`."""
+    with socket.socket() as probe:
+        probe.bind(("localhost", 0))
+        port = probe.getsockname()[1]
+    os.environ["ROS_MASTER_URI"] = "http://localhost:%d" % port
+    folder = tempfile.mkdtemp(prefix=node + "-")
+    core = subprocess.Popen(["roscore", "-p", str(port)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        until("a master", lambda: not subprocess.call(["rosparam", "list"], stdout=subprocess.DEVNULL,
+                                                      stderr=subprocess.DEVNULL))
+        rospy.init_node(node, disable_signals=True)
+        yield folder
+    finally:
+        end(core)
+        print("logs: " + folder)
 
 
 class Run:
@@ -225,31 +246,18 @@ def main() -> None:
     parser.add_argument("--walkers", type=int, default=0)
     parser.add_argument("--faults", action="store_true", help="hit by each fault on the way, instead of --seeds")
     options = parser.parse_args()
-    first, _, last = options.seeds.partition("-")
-    with socket.socket() as probe:
-        probe.bind(("localhost", 0))
-        port = probe.getsockname()[1]
-    os.environ["ROS_MASTER_URI"] = "http://localhost:%d" % port
-    folder = tempfile.mkdtemp(prefix="navigation-wire-")
-    core = subprocess.Popen(["roscore", "-p", str(port)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    try:
-        until("a master", lambda: not subprocess.call(["rosparam", "list"], stdout=subprocess.DEVNULL,
-                                                      stderr=subprocess.DEVNULL))
-        rospy.init_node("navigation_wire", disable_signals=True)
+    with ros_master("navigation_wire") as folder:
         if options.faults:
             drive_with_faults(options, folder)
-        else:
-            for seed in range(int(first), int(last or first) + 1):
-                its = case(seed)
-                _, _, goals, _ = prepared(its, options.goals)
-                run = Run(seed, its.world.name, its.setup.model, options, folder)
-                try:
-                    run.drive_all(goals)
-                finally:
-                    run.end()
-    finally:
-        end(core)
-    print("logs of roslaunch: " + folder)
+            return
+        for seed in seeds_of(options.seeds):
+            its = case(seed)
+            _, _, goals, _ = prepared(its, options.goals)
+            run = Run(seed, its.world.name, its.setup.model, options, folder)
+            try:
+                run.drive_all(goals)
+            finally:
+                run.end()
 
 
 if __name__ == "__main__":

@@ -16,30 +16,30 @@ from ..errors import WorldError
 from ..floor_poses import Pose
 from ..parameters import Number, Numbers, Text
 from ..whole_file import writing
-from .yaml_nodes import NodeReader, compose
+from .yaml_nodes import FARTHEST, NodeReader, compose
 
-NEEDS = {"name": Text(), "position_m": Numbers(2, -math.inf, math.inf), "heading_deg": Number(-math.inf)}
+ENDING = ".goals.yaml"
+"""How the name of such a file ends."""
+NEEDS = {"name": Text(), "position_m": Numbers(2, -FARTHEST, FARTHEST), "heading_deg": Number(-math.inf)}
 """Keys of a place."""
 
 
 def goals_file(map_file: str) -> Path:
     """Return the path of the file with the places of a map."""
-    return Path(map_file).with_suffix(".goals.yaml")
+    return Path(map_file).with_suffix(ENDING)
 
 
 def read_goals(path: Path) -> Dict[str, Pose]:
-    """Return the places of a file by name: x, y (m) and heading (rad) in the map frame. No file: no places.
+    """Return the places of a file by name: x, y (m) and heading (rad) in the map frame.
 
     Raises:
         WorldError: the file cannot be read or is not legal. The message names the line.
     """
     try:
         text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        return {}
     except (OSError, UnicodeDecodeError) as error:
         raise WorldError("file of places %s cannot be read: %s" % (path, error)) from error
-    root = compose(path, text)
+    root = compose(path, text, _GoalsReader.kind)
     return _GoalsReader(path).read(root) if root is not None else {}
 
 
@@ -55,12 +55,15 @@ def write_goals(goals: Mapping[str, Pose], path: Path) -> None:
         with writing(str(path)) as part:
             Path(part).write_text(yaml.safe_dump({"goals": rows}, allow_unicode=True, sort_keys=False),
                                   encoding="utf-8")
-    except OSError as error:
-        raise WorldError("file of places %s cannot be written: %s" % (path, error.strerror)) from error
+    except (OSError, ValueError) as error:
+        raise WorldError("file of places %s cannot be written: %s"
+                         % (path, getattr(error, "strerror", None) or error)) from error
 
 
 class _GoalsReader(NodeReader):
     """Reads the YAML file of the places."""
+
+    kind = "file of places"
 
     def read(self, root: yaml.Node) -> Dict[str, Pose]:
         """Return the places. `root` is the root node of the file."""

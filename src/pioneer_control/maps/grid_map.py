@@ -12,6 +12,8 @@ import numpy as np
 from ..errors import UsageError
 
 Array = Any     # of numpy
+FAR = 1e9
+"""A coordinate (m) outside any map. Points beyond it count as if they were there, as their cells have no number."""
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 """Values of a cell, equal to those of nav_msgs/OccupancyGrid."""
@@ -56,8 +58,9 @@ class GridMap:
 
         Arrays of x and y give arrays of rows and columns.
         """
-        return (np.floor((np.asarray(y) - self.origin[1]) / self.resolution).astype(int),
-                np.floor((np.asarray(x) - self.origin[0]) / self.resolution).astype(int))
+        x, y = (np.minimum(np.maximum(along, -FAR), FAR) for along in (x, y))
+        return (np.floor((y - self.origin[1]) / self.resolution).astype(int),
+                np.floor((x - self.origin[0]) / self.resolution).astype(int))
 
     def middle(self, row: Array, column: Array) -> Tuple[Array, Array]:
         """Return x and y (m) of the middle of a cell, or of each cell of two arrays."""

@@ -14,9 +14,12 @@ import yaml
 from ..errors import WorldError
 from ..parameters import Choice, Number, Numbers, Text
 from ..whole_file import writing
+from .goals_file import ENDING
 from .grid_map import FREE, OCCUPIED, UNKNOWN, Array, GridMap
-from .yaml_nodes import LENGTH, NodeReader
+from .yaml_nodes import FARTHEST, LENGTH, NodeReader
 
+RESOLUTION = Number(LENGTH.low, 10.0)
+"""Legal sides of a cell (m)."""
 FORMATS = ("PPM", "PNG")
 """Image formats that can be read, by their names in Pillow. Pillow's PPM includes PGM."""
 OCCUPIED_ABOVE, FREE_BELOW = 0.65, 0.196
@@ -69,6 +72,8 @@ class RosMap(NamedTuple):
 class RosMapReader(NodeReader):
     """Reads the YAML file of a map and its image."""
 
+    kind = "map"
+
     def read(self, root: yaml.Node) -> RosMap:
         """Return the map. `root` is the root node of its YAML file.
 
@@ -76,7 +81,7 @@ class RosMapReader(NodeReader):
             WorldError: the file or its image is not legal.
         """
         others: List[yaml.Node] = []
-        needs = {"image": self.image, "resolution": LENGTH, "origin": Numbers(3, -math.inf, math.inf),
+        needs = {"image": self.image, "resolution": RESOLUTION, "origin": Numbers(3, -FARTHEST, FARTHEST),
                  "occupied_thresh": Number(0.0, 1.0), "free_thresh": Number(0.0, 1.0), "negate": Choice((0, 1))}
         values = self.mapping(root, "a map", needs, may={"mode": Choice(("trinary", "scale", "raw"))}, others=others)
         if values["free_thresh"] >= values["occupied_thresh"]:
@@ -128,23 +133,32 @@ def write_ros_map(grid_map: GridMap, path: Union[str, Path]) -> None:
     Each file is written completely or not at all.
 
     Raises:
-        WorldError: `path` does not end in .yaml, or a file cannot be written.
+        WorldError: `path` does not end in .yaml, is the name of a file of places, or a file cannot be written.
     """
     path = Path(path)
     if path.suffix != ".yaml":
         raise WorldError("map file %s: its name must end in .yaml" % path)
+    if path.name.endswith(ENDING):
+        raise WorldError("map file %s: its name must not end in %s: so ends the file of places of another map"
+                         % (path, ENDING))
     image = path.with_suffix(".pgm")
     grey = np.full(grid_map.cells.shape, GREY[UNKNOWN], dtype=np.uint8)
     for value in (FREE, OCCUPIED):
         grey[grid_map.cells == value] = GREY[value]
     rows, columns = grey.shape
     x, y = grid_map.origin
+    # Quoted, for a name may hold what YAML takes for its own.
+    name = yaml.safe_dump(image.name, default_style='"', allow_unicode=True, width=10000).strip()
     try:
+        for each in (path, image):
+            if each.is_dir():
+                raise WorldError("map file %s cannot be written: %s is a directory" % (path, each))
         with writing(str(image)) as part:
             Path(part).write_bytes(b"P5\n%d %d\n255\n" % (columns, rows) + grey[::-1].tobytes())
         with writing(str(path)) as part:
             Path(part).write_text(
                 "image: %s\nresolution: %r\norigin: [%r, %r, 0.0]\nnegate: 0\noccupied_thresh: %s\nfree_thresh: %s\n"
-                % (image.name, grid_map.resolution, x, y, OCCUPIED_ABOVE, FREE_BELOW), encoding="utf-8")
-    except OSError as error:
-        raise WorldError("map file %s cannot be written: %s" % (path, error.strerror)) from error
+                % (name, grid_map.resolution, x, y, OCCUPIED_ABOVE, FREE_BELOW), encoding="utf-8")
+    except (OSError, ValueError) as error:      # ValueError: a name that no file can have
+        raise WorldError("map file %s cannot be written: %s"
+                         % (path, getattr(error, "strerror", None) or error)) from error

@@ -1,12 +1,13 @@
 """Reads YAML files as plain values, or node by node, so that an error message can name the line of the error."""
 
+import re
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Mapping, NoReturn, Optional, Tuple
 
 import yaml
 
 from ..errors import ParameterError, WorldError
-from ..parameters import Number, nearest
+from ..parameters import Number, Numbers, nearest
 
 
 def read_values(path: str) -> Any:
@@ -24,12 +25,13 @@ def read_values(path: str) -> Any:
         raise ParameterError("%s does not parse: %s" % (path, " ".join(str(error).split()))) from error
 
 
-def compose(path: Path, text: str) -> Optional[yaml.Node]:
+def compose(path: Path, text: str, kind: str = "world file") -> Optional[yaml.Node]:
     """Parse a YAML text and return its root node. Every node has its line number.
 
     Args:
         path: file name for errors.
         text: YAML text.
+        kind: what the file is, for errors.
 
     Returns:
         The root node, or None for an empty text.
@@ -43,12 +45,16 @@ def compose(path: Path, text: str) -> Optional[yaml.Node]:
     except yaml.YAMLError as error:
         mark, problem = getattr(error, "problem_mark", None), getattr(error, "problem", None)
         line = ", line %s" % (mark.line + 1) if mark else ""
-        raise WorldError("world file %s%s: not YAML: %s"
-                         % (path, line, problem or " ".join(str(error).split()))) from error
+        raise WorldError("%s %s%s: not YAML: %s"
+                         % (kind, path, line, problem or " ".join(str(error).split()))) from error
 
 
 LENGTH = Number(0.0001)
 """Legal lengths (m)."""
+FARTHEST = 1e6
+"""Greatest legal coordinate (m) of a map and of its places, along x and y, either way."""
+EXPONENT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+")
+"""Numbers such as 1e-2, which are texts for PyYAML, and numbers for map_server."""
 SafeConstructor: Any = yaml.constructor.SafeConstructor     # some stubs of PyYAML have no types for its methods
 Read = Any
 """How to read the value of a key: an instance of a class of `pioneer_control.parameters`, which checks the plain value.
@@ -64,12 +70,15 @@ class NodeReader:
         path: path of the file, for errors.
     """
 
+    kind = "world file"
+    """What the file is, for errors."""
+
     def __init__(self, path: Path):
         self.path = path
 
     def fail(self, node: yaml.Node, message: str) -> NoReturn:
         """Raise a WorldError that names the file and the line of a node."""
-        raise WorldError("world file %s, line %s: %s" % (self.path, node.start_mark.line + 1, message))
+        raise WorldError("%s %s, line %s: %s" % (self.kind, self.path, node.start_mark.line + 1, message))
 
     def mapping(
         self, node: yaml.Node, what: str, needs: Mapping[str, Read], may: Optional[Mapping[str, Read]] = None,
@@ -133,6 +142,10 @@ class NodeReader:
             kind: what is legal: an instance of a class of `pioneer_control.parameters`, such as ``Number(0, 1)``.
         """
         value = node.value
+        if isinstance(kind, (Number, Numbers)):
+            for each in value if isinstance(node, yaml.SequenceNode) else [node]:
+                if isinstance(each, yaml.ScalarNode) and not each.style and EXPONENT.fullmatch(each.value):
+                    each.tag = "tag:yaml.org,2002:float"
         try:
             value = SafeConstructor().construct_document(node)
             return kind.accept(value)

@@ -9,6 +9,7 @@ import math
 from typing import Any, FrozenSet, Iterable, List, NamedTuple, Tuple
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from ..robots import HALF_CONE, Transducer
 
@@ -32,7 +33,7 @@ class Chassis(NamedTuple):
 
     Attributes:
         transducers: those that are fitted.
-        outline: corners (x, y) of its convex outline (m), counter-clockwise.
+        outline: corners (x, y) of its outline (m), counter-clockwise.
         max_linear: greatest speed (m/s) to drive at.
         max_angular: greatest turn rate (rad/s).
     """
@@ -161,14 +162,24 @@ def after(move: Manoeuvre, way: float) -> Tuple[float, float, float]:
 
 
 def distance_outside(outline: Tuple[Point, ...], x: Array, y: Array) -> Array:
-    """Return the distance (m) of points from a convex outline, negative inside. Near a corner it may be too small."""
+    """Return the distance (m) of points from the convex hull of an outline, negative inside.
+
+    Near a corner it may be too small. What lies between the paddles of a gripper and the body is inside.
+    """
     most = None
-    for (x1, y1), (x2, y2) in zip(outline, outline[1:] + outline[:1]):
+    corners = _hull(outline)
+    for (x1, y1), (x2, y2) in zip(corners, corners[1:] + corners[:1]):
         length = math.hypot(x2 - x1, y2 - y1)
         out_x, out_y = (y2 - y1) / length, (x1 - x2) / length
         distance = x * np.float32(out_x) + y * np.float32(out_y) - np.float32(out_x * x1 + out_y * y1)
         most = distance if most is None else np.maximum(most, distance)
     return most
+
+
+@functools.lru_cache(maxsize=16)
+def _hull(outline: Tuple[Point, ...]) -> Tuple[Point, ...]:
+    """Return the corners of the convex hull, counter-clockwise."""
+    return tuple(outline[corner] for corner in ConvexHull(outline).vertices)
 
 
 @functools.lru_cache(maxsize=256)

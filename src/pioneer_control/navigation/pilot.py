@@ -10,7 +10,7 @@ from ..errors import RefusedError
 from ..floor_poses import Pose
 from ..maps import FloorMap, GridMap
 from .chassis import Chassis
-from .exploring import Explorer, with_driven_floor
+from .exploring import Explorer, NextGoal, with_driven_floor
 from .localisation import Localisation, Where
 from .mapping import Mapper
 from .navigator import Accelerations, Decision, Navigator, Readiness, State
@@ -90,7 +90,7 @@ class KnownMap:
         """The robot may be anywhere."""
         self._localisation.unknown_start()
 
-    def sense(self, sensing: Sensing) -> Where:
+    def sense(self, sensing: Sensing, rests: bool = False) -> Where:
         """Return where the robot is."""
         return self._localisation.update(sensing)
 
@@ -136,9 +136,14 @@ class OwnMap:
         """Refuse, as `start_at`."""
         raise RefusedError("a map is being made: the robot is where this map says")
 
-    def sense(self, sensing: Sensing) -> Where:
-        """Add what was sensed to the map, and return where the robot is on it."""
-        return Where(sensing.time, self._mapper.update(sensing), True, self._covariance, "")
+    def sense(self, sensing: Sensing, rests: bool = False) -> Where:
+        """Add what was sensed to the map, and return where the robot is on it.
+
+        Args:
+            sensing: the packet.
+            rests: whether the map is corrected later, as there is other work in this packet.
+        """
+        return Where(sensing.time, self._mapper.update(sensing, rests), True, self._covariance, "")
 
     def told(self, velocity: Twist) -> None:
         """The robot is told this velocity. The map is made from what it senses alone."""
@@ -168,7 +173,11 @@ class Pilot:
         self._explore_from = 0.0
         self._home_tries = 0
         self._mapped = -NEW_MAP_EVERY
-        self._plans = 0     # packets in which the navigator plans: a new map, or the choice of a goal, waits for others
+        # Each costly work has packets of its own, so that none takes long: the navigator gets a new map, it plans (so
+        # many packets more), the next goal is chosen, the robot is sent there. The map is corrected in all others.
+        self._is_new, self._plans = False, 0
+        self._chooses, self._refusals = False, 0
+        self._chosen: Optional[NextGoal] = None
         self._drivable = self._knows.drivable
         self._navigator = Navigator(self._drivable, chassis, numbers, self.makes_map)
         self._goal: Optional[Pose] = None
@@ -209,12 +218,12 @@ class Pilot:
 
     def go_to(self, goal: Pose) -> str:
         """Send the robot to a goal. Return why it does not go, for people; empty: it goes."""
-        self._explorer = None
+        self._explorer, self._chooses = None, False
         return self._send(goal)
 
     def cancel(self) -> None:
         """The goal counts no more; the robot stands."""
-        self._explorer = self._goal = None
+        self._explorer, self._chooses, self._goal = None, False, None
         self._navigator.cancel()
 
     def explore(self, on: bool) -> str:
@@ -258,21 +267,25 @@ class Pilot:
 
     def sense(self, sensing: Sensing, readiness: Readiness) -> PilotStep:
         """Take what the robot sensed in one packet, and return what to do."""
-        where = self._knows.sense(sensing)
+        where = self._knows.sense(sensing, self._is_new or self._plans > 0 or self._chooses)
         decision = self._navigator.step(sensing, where, readiness, sensing.time + readiness.late)
         explorer = self._explorer
         if explorer is not None and not (readiness.may_command and readiness.motors):
             explorer.held_up(sensing.time)
         ended = decision.state not in WORKS
-        if explorer is not None and ended:
+        if self._is_new:
+            self._is_new, self._plans = False, 0 if ended else 2
+            self._navigator.use_map(self._drivable)
+        elif explorer is not None and (ended or self._chooses):
             decision = self._explore_on(explorer, where, decision)
         elif self._plans > 0:
             self._plans -= 1
         elif self.makes_map and not 0.0 <= sensing.time - self._mapped < NEW_MAP_EVERY:
-            self._mapped, self._drivable, self._plans = sensing.time, self._knows.drivable, 2
-            self._navigator.use_map(self._drivable)
+            self._mapped, self._drivable, self._is_new = sensing.time, self._knows.drivable, True
         elif explorer is not None and explorer.is_over(where.pose, where.time, self._drivable):
             decision = self._explore_on(explorer, where, decision)
+        if self._explorer is not None and decision.state not in WORKS:
+            decision = Decision(STAND, State.WAITING, "choosing where to go next")
         if ended and explorer is None:
             self._goal = None
         self.step = PilotStep(sensing.time, sensing.odometry, where, decision.state, decision.reason, decision.twist,
@@ -280,31 +293,41 @@ class Pilot:
         self._knows.told(decision.twist)
         return self.step
 
-    def _explore_on(self, explorer: Explorer, where: Where, ended: Decision) -> Decision:
-        """Choose where to go next, after the way to the goal before has ended."""
+    def _explore_on(self, explorer: Explorer, where: Where, decision: Decision) -> Decision:
+        """Go on after the way to the goal before has ended: choose the next one, and in the packet after that go."""
         if where.time < self._explore_from:
             return Decision(STAND, State.WAITING, "listening before it explores")
-        before, self._goal = self._goal, None
-        if before is not None and explorer.homeward:
+        if not self._chooses:
+            return self._end_way(explorer, decision)
+        chosen = self._chosen
+        if chosen is None:
+            self._chosen = explorer.next(self._drivable, where.pose, where.time)
+            return decision
+        assert chosen.pose is not None
+        self._chosen = None
+        refusal = self._send(chosen.pose, chosen.with_heading)
+        if not refusal:
+            self._chooses = False
+            return Decision(STAND, State.DRIVING, "exploring: %s" % chosen.reason)
+        self._refusals += 1
+        if explorer.homeward or self._refusals == MOST_REFUSALS:
+            self._explorer, self._chooses = None, False
+            return Decision(STAND, State.FAILED, "explored, not home: %s" % refusal)
+        explorer.refused()
+        return Decision(STAND, State.WAITING, refusal)
+
+    def _end_way(self, explorer: Explorer, ended: Decision) -> Decision:
+        """End the way to a goal. If it was the last one, exploring ends; else the next packet chooses another."""
+        if self._goal is not None and explorer.homeward:
             self._home_tries += 1
             if ended.state is State.REACHED or self._home_tries >= HOME_TRIES:
-                self._explorer = None
+                self._explorer = self._goal = None
                 if ended.state is State.REACHED:
                     return ended._replace(reason="explored, home again")
                 self._navigator.cancel()
                 return Decision(STAND, State.FAILED, "explored, not home: " + ended.reason)
-        grid, refusal = self._drivable, ""
-        for _ in range(MOST_REFUSALS):
-            following = explorer.next(grid, where.pose, where.time)
-            assert following.pose is not None
-            refusal = self._send(following.pose, following.with_heading)
-            if not refusal:
-                return Decision(STAND, State.DRIVING, "exploring: %s" % following.reason)
-            if explorer.homeward:
-                break
-            explorer.refused()
-        self._explorer = None
-        return Decision(STAND, State.FAILED, "explored, not home: %s" % refusal)
+        self._chooses, self._chosen, self._refusals = True, None, 0
+        return ended
 
     def _send(self, goal: Pose, with_heading: bool = True) -> str:
         refusal = self._navigator.go_to(goal.x, goal.y, goal.heading if with_heading else None, self.step.time)

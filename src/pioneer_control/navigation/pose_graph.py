@@ -4,7 +4,7 @@ It also estimates the lasting errors of the wheels: what odometry measured betwe
 Gauss-Newton with sparse matrices. A measurement that disagrees with all others counts little (Cauchy's weight).
 """
 
-from typing import Any, List, NamedTuple, Tuple
+from typing import Any, NamedTuple, Tuple
 
 import numpy as np
 from scipy.sparse import coo_matrix
@@ -39,6 +39,11 @@ class Between(NamedTuple):
     doubted: bool
 
 
+_MEASURED = np.dtype([("first", int), ("second", int), ("pose", float, 3), ("root", float, (3, 3)),
+                      ("by_bias", float, (3, 3)), ("doubted", bool)])
+"""`Between`, as a table has it: it is solved many times between two changes."""
+
+
 class PoseGraph:
     """Poses (nodes) and what was measured between them. The first node does not move.
 
@@ -56,7 +61,7 @@ class PoseGraph:
         self.poses = np.array([pose], dtype=float)
         self.bias = WheelBias()
         self._spread, self._doubt = np.array(spread), doubt
-        self._betweens: List[Between] = []
+        self._measured = np.zeros(0, _MEASURED)
 
     def add_node(self, pose: Pose) -> int:
         """Add a node where it is assumed to be, and return its number."""
@@ -65,11 +70,12 @@ class PoseGraph:
 
     def add(self, between: Between) -> None:
         """Add a measurement."""
-        self._betweens.append(between)
+        self._measured = np.concatenate((self._measured, np.array([tuple(between)], _MEASURED)))
 
     def untie(self, second: int) -> None:
         """Forget the doubted measurements of a node relative to others, before it is measured anew."""
-        self._betweens = [each for each in self._betweens if not (each.doubted and each.second == second)]
+        table = self._measured
+        self._measured = table[~(table["doubted"] & (table["second"] == second))]
 
     def pose(self, number: int) -> Pose:
         """Return the pose of a node."""
@@ -79,14 +85,9 @@ class PoseGraph:
         """Move the nodes to where the measurements want them."""
         if len(self.poses) < 2:
             return
-        first = np.array([each.first for each in self._betweens])
-        second = np.array([each.second for each in self._betweens])
-        measured = np.array([each.pose for each in self._betweens])
-        root = np.array([each.root for each in self._betweens])
-        by_bias = np.array([each.by_bias for each in self._betweens])
-        doubted = np.array([each.doubted for each in self._betweens])
+        columns = tuple(self._measured[name] for name in _MEASURED.names)
         for _ in range(rounds):
-            self._step(first, second, measured, root, by_bias, doubted)
+            self._step(*columns)
         # The last bits depend on how a library of linear algebra was built and loaded. The same data give the same map.
         self.poses = np.round(self.poses, _DECIMALS)
         self.bias = WheelBias(*(round(float(each), _DECIMALS) for each in self.bias))

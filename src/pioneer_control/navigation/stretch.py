@@ -68,6 +68,7 @@ class Stretch:
         self._times = [time]
         self._steps: List[Tuple[float, float, float]] = []
         self._heard: List[Tuple[float, int, float]] = []
+        self._steps_until = np.zeros((0, 3))
 
     def add(self, before: Pose, sensing: Sensing, way: float, turned: float) -> None:
         """Go on with one packet.
@@ -93,9 +94,16 @@ class Stretch:
         """How many firings it has."""
         return len(self._heard)
 
+    @property
+    def steps(self) -> Array:
+        """The motion between its packets by odometry, see `wheel_motion.path`: array (n, 3)."""
+        if len(self._steps_until) < len(self._steps):
+            self._steps_until = np.array(self._steps)
+        return self._steps_until
+
     def path(self, bias: WheelBias) -> Array:
         """Return the poses at its packets, relative to its begin: array (n, 3) of x, y (m), heading (rad)."""
-        return path(np.array(self._steps).reshape(-1, 3), bias)
+        return path(self.steps, bias)
 
     def end(self, bias: WheelBias) -> Pose:
         """Return the pose at its end, relative to its begin."""

@@ -83,7 +83,7 @@ class LocalisationNumbers:
     rival_margin: float = parameter(
         0.15, Number(-5.0, 5.0), "to become sure, the pose must explain each reading better than any elsewhere by this")
 
-    sure_position: float = parameter(0.25, Number(0.01, 5.0), "greatest spread of the cloud to be sure", "m")
+    sure_position: float = parameter(0.3, Number(0.01, 5.0), "greatest spread of the cloud to be sure", "m")
     sure_heading: float = parameter(0.25, Number(0.01, 3.0), "greatest spread of the headings to be sure", "rad")
     sure_way: float = parameter(
         0.5, Number(0.0, 100.0), "way in motion with readings that the place explains, before it is sure", "m")
@@ -259,10 +259,10 @@ class MapperNumbers:
     most_readings: int = parameter(80, Whole(10, 1000), "readings that are used to find a stretch")
     contributors: int = parameter(5, Whole(1, 10), "older stretches to which one is tied")
     slack: float = parameter(0.02, Number(0.001, 0.2), "added to the deviation of a found pose", "m")
-    slack_turn: float = parameter(0.012, Number(0.001, 0.2), "the same for its heading", "rad")
+    slack_turn: float = parameter(0.05, Number(0.001, 0.2), "the same for its heading", "rad")
     roll: float = parameter(0.006, Number(0.0005, 0.1), "deviation of a metre by odometry; grows with its root", "m")
-    roll_turn: float = parameter(0.010, Number(0.001, 0.1), "deviation of the heading after a metre", "rad")
-    turn_turn: float = parameter(0.008, Number(0.0, 0.1), "deviation of the heading after a turn of 1 rad", "rad")
+    roll_turn: float = parameter(0.006, Number(0.001, 0.1), "deviation of the heading after a metre", "rad")
+    turn_turn: float = parameter(0.006, Number(0.0, 0.1), "deviation of the heading after a turn of 1 rad", "rad")
     distance_bias: float = parameter(0.03, Number(0.0, 0.1), "expected error of the wheels' size, as a share")
     turning_bias: float = parameter(0.05, Number(0.0, 0.2), "expected error of turns, as a share")
     veer_bias: float = parameter(0.012, Number(0.0, 0.1), "expected error of straight lines", "rad/m")

@@ -21,6 +21,15 @@ def test_points_come_as_arrays_too_and_outside_nothing_is_known():
         FREE, OCCUPIED, UNKNOWN, UNKNOWN]
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("far", [1e12, 1e300, -1e308])
+def test_no_finite_point_is_too_far_to_be_outside(far):
+    assert MAP.at(far, 2.1) == MAP.at(-0.4, far) == UNKNOWN
+    row, column = MAP.cell(np.array([far, -0.4]), np.array([far, 2.1]))
+    assert (row[0] > 2 and column[0] > 2) if far > 0.0 else (row[0] < 0 and column[0] < 0)
+    assert (row[1], column[1]) == (0, 1)
+
+
 def test_two_maps_are_equal_when_their_cells_and_places_are():
     assert MAP == GridMap(MAP.cells.copy(), 0.5, (-1.0, 2.0))
     assert MAP != GridMap(MAP.cells, 0.5, (-1.0, 2.1))

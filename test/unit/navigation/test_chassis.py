@@ -7,6 +7,7 @@ import pytest
 from floor_for_tests import chassis_of
 
 from pioneer_control.navigation.chassis import FAR, Manoeuvre, Moves, after, distance_outside
+from pioneer_control.robots import find_model
 
 MARGIN = 0.045
 
@@ -54,6 +55,15 @@ def test_an_arc_ends_where_its_outline_meets_the_point(move):
 
     assert distance(found) == pytest.approx(MARGIN, abs=0.04)
     assert all(distance(found * share) > MARGIN - 0.03 for share in np.linspace(0.0, 0.95, 30))
+
+
+@pytest.mark.parametrize("point, expected", [
+    ((0.34, 0.0), -0.01), ((0.0, 0.2), -0.0125), ((0.36, 0.0), 0.01), ((0.0, 0.2225), 0.01), ((-0.2, -0.2125), 0.0)])
+def test_the_paddles_of_a_gripper_belong_to_the_robot(point, expected):
+    outline = find_model("p3dx-sh").outline(gripper=True)
+    assert len(outline) == 8
+    off = distance_outside(outline, *np.array(point, dtype=np.float32)[:, np.newaxis])
+    assert float(off[0]) == pytest.approx(expected, abs=0.001)
 
 
 def test_a_turn_ends_when_the_rear_corner_comes_to_the_point():

@@ -34,7 +34,8 @@ def test_it_goes_to_the_hole_and_looks_through_it():
     goal = next_goal(floor((0.5, 1.5)), HERE, RADIUS)
     assert goal.pose[:2] == pytest.approx((3.9, 1.0), abs=0.15)
     assert abs(goal.pose.heading) < math.radians(50)
-    assert "3.0 m away" in goal.reason
+    assert goal.length == pytest.approx(2.95, abs=0.15)
+    assert "%.1f m away" % goal.length in goal.reason
 
 
 def test_a_hole_that_is_too_narrow_is_none():

@@ -9,9 +9,7 @@ import pytest
 from pioneer_control.floor_poses import Pose, compose
 from pioneer_control.maps import FREE, OCCUPIED, UNKNOWN
 from pioneer_control.navigation.mapping import Mapper
-from pioneer_control.navigation.sonar_grid import SonarBeams, SonarGrid
-from pioneer_control.navigation.stretch import Ears, Stretch
-from pioneer_control.navigation.tuned import MapNumbers
+from pioneer_control.navigation.pose_graph import PoseGraph
 from pioneer_control.navigation.values import Firing, Sensing
 from pioneer_control.robots import find_model
 
@@ -83,8 +81,17 @@ def test_it_corrects_an_odometry_that_veers():
     _, plain = mapped(sensings, truth[0], corrects=False)
     _, own = mapped_while_it_veers()
     assert worst(plain, truth) > 0.5
-    assert worst(own, truth) < 0.45, "before it comes round, nothing tells it of the veer"
+    assert worst(own, truth) < 0.22, "before it comes round, nothing tells it of the veer"
     assert worst(own[-20:], truth[-20:]) < 0.15
+
+
+def test_an_odometry_that_is_right_is_not_turned_by_what_is_heard():
+    """Stretches that follow each other hear the same walls: their matches err alike, and must not count as many."""
+    sensings, truth = rounds(0.0)
+    _, own = mapped(sensings, truth[0])
+    off = [abs(math.remainder(a.heading - b.heading, 2.0 * math.pi)) for a, b in zip(own, truth)]
+    assert max(off) < math.radians(5.0)
+    assert worst(own, truth) < 0.16
 
 
 def test_it_learns_how_the_wheels_err():
@@ -138,16 +145,30 @@ def test_a_packet_has_one_costly_step_at_most(monkeypatch):
     """Finding a stretch, solving the graph and drawing a stretch anew all at once would hold up who drives."""
     sensings, truth = rounds(0.02, 1)
     mapper, steps = Mapper(SONAR, pose=truth[0]), []
-    for name in ("_match", "_tie", "_redraw"):
-        before = getattr(mapper, name)
-        monkeypatch.setattr(mapper, name, lambda *args, name=name, before=before: steps.append(name) or before(*args))
+    for owner, name in ((mapper, "_match"), (mapper, "_tie"), (mapper, "_redraw"), (PoseGraph, "_step")):
+        before = getattr(owner, name)
+        monkeypatch.setattr(owner, name, lambda *args, name=name, before=before: steps.append(name) or before(*args))
     done = set()
     for sensing in sensings:
         steps.clear()
         mapper.update(sensing)
-        assert len(steps) <= 1
+        assert len(steps) <= 1 or set(steps) == {"_redraw"} and len(steps) <= 3, "drawing takes little"
         done.update(steps)
-    assert done == {"_match", "_tie", "_redraw"}
+    assert done == {"_match", "_tie", "_redraw", "_step"}
+
+
+def test_in_a_packet_with_other_work_the_map_is_not_corrected(monkeypatch):
+    sensings, truth = rounds(0.02, 1)
+    mapper, steps = Mapper(SONAR, pose=truth[0]), []
+    for name in ("_match", "_tie", "_redraw"):
+        before = getattr(mapper, name)
+        monkeypatch.setattr(mapper, name, lambda *args, name=name, before=before: steps.append(name) or before(*args))
+    for sensing in sensings[:200]:
+        mapper.update(sensing, rests=True)
+    assert steps == [] and len(mapper.path()) > 200
+    for sensing in sensings[200:240]:
+        mapper.update(sensing)
+    assert {"_match", "_tie", "_redraw"} == set(steps), "then it is made up for"
 
 
 def test_a_map_is_made_also_where_nothing_is_heard():
@@ -156,77 +177,6 @@ def test_a_map_is_made_also_where_nothing_is_heard():
         mapper.update(Sensing(0.1 * number, Pose(0.05 * number, 0.0, 0.0), ()))
     mapper.finish()
     assert mapper.pose.x == pytest.approx(0.05 * 99)
-
-
-@pytest.mark.parametrize("rate, counts", [(1.2, True), (1.8, False)])
-def test_what_is_heard_in_a_turn_on_the_spot_counts_unless_it_is_fast(rate, counts):
-    """Who explores first turns once, at 1.2 rad/s at most: its heading is lost there unless it is heard meanwhile."""
-    stretch = Stretch(0.0, Ears(SONAR))
-    stretch.add(Pose(0.0, 0.0, 0.0), Sensing(0.1, Pose(0.0, 0.0, 0.1 * rate), (Firing(0, 1.0, 0.1),)), 0.0, 0.0)
-    assert (stretch.heard_count == 1) is counts
-
-
-# --- sonar_grid ---
-
-def beams(*each):
-    return SonarBeams(*map(np.array, zip(*each)))
-
-
-def filled(grid, *each, times=1):
-    for _ in range(times):
-        grid.add(grid.votes(beams(*each)))
-    return grid.grid_map()
-
-
-def test_an_echo_frees_its_way_and_occupies_its_arc():
-    found = filled(SonarGrid(MapNumbers()), (0.0, 0.0, 0.0, 1.5), times=20)
-    assert found.at(0.8, 0.0) == FREE
-    assert found.at(1.51, 0.01) == OCCUPIED
-    assert found.at(1.8, 0.0) == UNKNOWN
-
-
-def test_an_echo_so_near_that_it_frees_nothing_occupies_its_arc():
-    numbers = MapNumbers()
-    votes = SonarGrid(numbers).votes(beams((0.0, 0.0, 0.0, numbers.short_of + 0.5 * numbers.resolution)))
-    assert votes.free.sum() == 0.0
-    assert votes.occupied.sum() == pytest.approx(numbers.occupied, abs=1e-4)
-
-
-def test_nothing_is_freed_behind_a_wall():
-    grid = SonarGrid(MapNumbers())
-    for y in np.arange(-0.5, 0.5, 0.05):
-        filled(grid, (0.0, y, 0.0, 1.03), times=10)
-    behind = filled(grid, (0.0, 0.0, 0.0, 2.2), times=30)
-    assert behind.at(1.03, 0.03) == OCCUPIED
-    assert behind.at(1.6, 0.0) == UNKNOWN
-    assert filled(SonarGrid(MapNumbers()), (0.0, 0.0, 0.0, 2.2), times=30).at(1.6, 0.0) == FREE
-
-
-def test_votes_can_be_taken_out_again():
-    grid = SonarGrid(MapNumbers())
-    votes = grid.votes(beams((0.0, 0.0, 1.0, 1.5), (3.0, -7.0, 2.0, math.inf)))
-    grid.add(votes)
-    grid.add(votes, -1)
-    assert (grid.grid_map().cells == UNKNOWN).all()
-
-
-def test_a_window_can_be_without_some_votes():
-    grid = SonarGrid(MapNumbers())
-    first, second = beams((0.0, 0.0, 1.0, 1.5)), beams((0.3, 0.5, 0.0, 2.0), (0.3, -4.0, 3.0, 0.8))
-    grid.add(grid.votes(first))
-    alone, *_ = grid.window((-1.0, -1.0), (2.0, 2.0))
-    votes = grid.votes(second)
-    grid.add(votes)
-    assert not np.allclose(grid.window((-1.0, -1.0), (2.0, 2.0))[0], alone)
-    assert grid.window((-1.0, -1.0), (2.0, 2.0), [votes])[0] == pytest.approx(alone, abs=1e-5)
-
-
-def test_the_grid_grows_without_moving_what_it_has():
-    grid = SonarGrid(MapNumbers())
-    before = filled(grid, (0.0, 0.0, 0.0, 1.5), times=20)
-    after = filled(grid, (-30.0, 25.0, 0.0, 1.5), times=20)
-    assert after.at(1.51, 0.01) == before.at(1.51, 0.01) == OCCUPIED
-    assert after.at(-28.49, 25.01) == OCCUPIED
 
 
 def test_its_path_ends_where_it_is_and_follows_the_corrections():

@@ -14,8 +14,10 @@ from pioneer_control.navigation.chassis import Chassis
 from pioneer_control.navigation.exploring import Explorer
 from pioneer_control.navigation.firings import timed
 from pioneer_control.navigation.map_files import floor_map_of
+from pioneer_control.navigation.mapping import Mapper
 from pioneer_control.navigation.navigator import Navigator, Readiness, State
 from pioneer_control.navigation.pilot import OwnMap, Pilot
+from pioneer_control.navigation.pose_graph import PoseGraph
 from pioneer_control.navigation.tuned import NavigationNumbers
 from pioneer_control.navigation.values import Sensing
 from pioneer_control.robots import find_model
@@ -180,9 +182,12 @@ def test_on_its_own_map_the_robot_may_go_wherever_it_has_been():
 
 
 def test_while_it_explores_no_packet_has_to_do_all_at_once(monkeypatch):
-    """A new map, the plan on it, and the choice of the next goal have packets of their own, with rare exceptions."""
-    did, seen, together = [], set(), 0
-    for owner, name in ((Navigator, "use_map"), (Navigator, "_plan_anew"), (Explorer, "next")):
+    """A new map, the plan on it, the choice of the next goal, the order to go there: each has packets of its own, in
+    which the map is not corrected.
+    """
+    did, seen, together = [], set(), []
+    for owner, name in ((Navigator, "use_map"), (Navigator, "_plan_anew"), (Explorer, "next"), (Navigator, "go_to"),
+                        (Mapper, "_match"), (Mapper, "_tie"), (PoseGraph, "solve")):
         def noted(*arguments, _call=getattr(owner, name), _name=name, **more):
             did.append(_name)
             return _call(*arguments, **more)
@@ -193,6 +198,7 @@ def test_while_it_explores_no_packet_has_to_do_all_at_once(monkeypatch):
     for _ in range(300):
         did.clear()
         drive.step()
-        together += len(did) > 1
+        together += [tuple(did)] if len(did) > 1 else []
         seen.update(did)
-    assert seen == {"use_map", "_plan_anew", "next"} and together <= 3
+    assert seen == {"use_map", "_plan_anew", "next", "go_to", "_match", "_tie", "solve"}
+    assert len(together) <= 3, together

@@ -74,3 +74,14 @@ def test_without_measurements_nothing_moves():
     graph = PoseGraph(Pose(1.0, 2.0, 0.5), (0.1, 0.1, 0.1), 3.0)
     graph.solve()
     assert graph.pose(0) == Pose(1.0, 2.0, 0.5)
+
+
+def test_its_steps_may_be_made_one_at_a_time():
+    """So the solution of a large graph is spread over packets."""
+    graphs = [square(0.05) for _ in range(2)]
+    for graph, truth in graphs:
+        graph.add(closing(truth, 0, 8))
+    graphs[0][0].solve(3)
+    for _ in range(3):
+        graphs[1][0].solve(1)
+    assert graphs[1][0].poses == pytest.approx(graphs[0][0].poses, abs=1e-5)

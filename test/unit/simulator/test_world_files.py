@@ -183,7 +183,7 @@ def test_unknown_name_lists_the_known_ones():
 
 @pytest.mark.parametrize("name", ["no/such/file", "missing.yaml", "missing.yml", "missing.map"])
 def test_missing_file(name):
-    with pytest.raises(WorldError, match="world file %s does not exist below .*tutorial" % name):
+    with pytest.raises(WorldError, match="file %s does not exist below .*tutorial" % name):
         load_world(name)
 
 

@@ -138,10 +138,10 @@ def test_a_large_map_is_few_walls(tmp_path):
 
 @pytest.mark.parametrize("values, message", [
     ({"resolution": None, "negate": None}, "line 1: a map needs resolution and negate"),
-    ({"resolution": 0}, "line 2: resolution is 0; it must be a number from 0.0001 up"),
-    ({"resolution": "fine"}, "line 2: resolution is 'fine'; it must be a number from 0.0001 up"),
-    ({"origin": [1, 2]}, r"line 3: origin is \[1, 2\]; it must be 3 numbers, as a list"),
-    ({"origin": [1, 2, ".nan"]}, r"line 3: origin is \[1, 2, '.nan'\]; it must be 3 numbers, as a list"),
+    ({"resolution": 0}, "line 2: resolution is 0; it must be a number from 0.0001 to 10"),
+    ({"resolution": "fine"}, "line 2: resolution is 'fine'; it must be a number from 0.0001 to 10"),
+    ({"origin": [1, 2]}, r"line 3: origin is \[1, 2\]; it must be 3 numbers from -1e.06 to 1e.06, as a list"),
+    ({"origin": [1, 2, ".nan"]}, r"line 3: origin is \[1, 2, '.nan'\]; it must be 3 numbers from -1e.06 to 1e.06"),
     ({"occupied_thresh": 65}, "line 4: occupied_thresh is 65; it must be a number from 0 to 1"),
     ({"free_thresh": -0.1}, "line 5: free_thresh is -0.1; it must be a number from 0 to 1"),
     ({"free_thresh": 0.65}, "line 1: free_thresh 0.65 must be below occupied_thresh 0.65"),
@@ -199,7 +199,7 @@ def test_goals_and_docks_of_the_map_stay(tmp_path):
 
 @pytest.mark.parametrize("name, message", [
     ("own.yaml", "line 1: map: .*own.yaml is neither an ARIA map .first line 2D-Map. nor one of map_server"),
-    ("none.map", "line 1: map: world file .*none.map cannot be read: No such file"),
+    ("none.map", "line 1: map: file .*none.map cannot be read: No such file"),
     ("[]", r"line 1: map is \[\]; it must be a text, not empty"),
 ])
 def test_a_wrong_map_under_a_world(tmp_path, name, message):

@@ -36,6 +36,8 @@ LEAST_CELL = 0.02
 """Least side (m) of a cell of the grid that the points of a map are put into."""
 MOST_CELLS = 10000
 """Most cells along x, and along y, of the grid that the points of a map are put into."""
+FARTHEST = 1e7
+"""Greatest legal number in a map, either way: 10 km, in mm."""
 QUIET_KEYS = {
     "MinPos", "MaxPos", "NumPoints", "PointsAreSorted", "Resolution", "LineMinPos", "LineMaxPos", "NumLines",
     "LinesAreSorted", "OriginLatLongAlt", "MapInfo",
@@ -96,13 +98,14 @@ class AriaMap:
 
     def fail(self, message: str) -> NoReturn:
         """Raise a WorldError that names the file and the line that is being read."""
-        raise WorldError("world file %s, line %s: %s" % (self._path, self._line, message))
+        raise WorldError("map %s, line %s: %s" % (self._path, self._line, message))
 
     def numbers(self, text: str, count: int, legal: str) -> List[float]:
         """Return the `count` finite numbers in `text`.
 
         Raises:
-            WorldError: the text does not have exactly these numbers. The message says that `legal` was expected.
+            WorldError: the text does not have exactly these numbers, and the message says that `legal` was expected; or
+                a number is too great.
         """
         try:
             values = [float(word) for word in text.split()]
@@ -110,6 +113,8 @@ class AriaMap:
             values = []
         if len(values) != count or not all(map(math.isfinite, values)):
             self.fail("expected %s, not %r" % (legal, text))
+        if any(abs(value) > FARTHEST for value in values):
+            self.fail("%r: numbers from %g to %g (mm, 10 km) are legal" % (text, -FARTHEST, FARTHEST))
         return values
 
     # -- lines of a file, by the section they are in
@@ -199,7 +204,7 @@ class AriaMap:
         columns, rows = (at.max(axis=0) - low + 1).tolist()
         if max(columns, rows) > MOST_CELLS:
             raise WorldError(
-                "world file %s: its points lie %g m by %g m apart; with Resolution %g mm at most %g m are legal" % (
+                "map %s: its points lie %g m by %g m apart; with Resolution %g mm at most %g m are legal" % (
                     self._path, columns * side, rows * side, self._resolution * 1000, MOST_CELLS * side))
         cells = np.zeros((int(rows), int(columns)), dtype=bool)
         at_column, at_row = (at - low).astype(int).T

@@ -106,7 +106,7 @@ def _text(path: Path) -> str:
         return path.read_text(encoding="utf-8", errors="replace" if path.suffix == ".map" else "strict")
     except (OSError, UnicodeDecodeError) as error:
         hint = "; of a picture, give the YAML file beside it" if path.suffix in PICTURES else ""
-        raise WorldError("world file %s cannot be read: %s%s"
+        raise WorldError("file %s cannot be read: %s%s"
                          % (path, getattr(error, "strerror", None) or error, hint)) from error
 
 
@@ -117,7 +117,7 @@ def _find(name_or_path: Union[str, Path]) -> Path:
         if not path.is_file():
             below = "" if path.is_absolute() else " below %s" % Path.cwd()
             what = "is a directory" if path.is_dir() else "does not exist" + below
-            raise WorldError("world file %s %s; worlds known by name: %s" % (name, what, ", ".join(known_worlds())))
+            raise WorldError("file %s %s; worlds known by name: %s" % (name, what, ", ".join(known_worlds())))
         return path
     if name not in known_worlds():
         near = nearest(name, known_worlds())

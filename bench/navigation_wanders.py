@@ -1,6 +1,6 @@
-"""Drives of bench/navigation.py that do not depend on navigation: what a wandering robot sensed, and where it was.
+"""Wanders of bench/navigation.py, which do not depend on navigation: what a robot sensed, and where it was.
 
-A drive is the same for the same arguments, so several parts of a bench can use one.
+A wander is the same for the same arguments, so several parts of a bench can use one.
 """
 
 import random
@@ -31,7 +31,7 @@ class Wandering(NamedTuple):
     carried_at: Optional[float] = None
 
 
-class Drive(NamedTuple):
+class Wander(NamedTuple):
     """What a robot sensed in a world, and where it was at the end of each `Sensing`."""
 
     what: Wandering
@@ -43,7 +43,7 @@ class Drive(NamedTuple):
     truth: List[Pose]
 
 
-def recorded(what: Wandering) -> Drive:
+def recorded(what: Wandering) -> Wander:
     """Let the robot of a seed wander, and record it."""
     its_case = case(what.seed, what.specular_deg)
     robot = SimulatedRobot(its_case.setup, its_case.world, what.seed)
@@ -61,8 +61,8 @@ def recorded(what: Wandering) -> Drive:
             robot.firmware.hardware.carry(elsewhere(grid_map, truth[-1], what.seed))
         command, memory = wander(snapshot, memory)
         robot.command(command.linear, command.angular)
-    return Drive(what, its_case.world.name, its_case.setup.model, grid_map, list(robot.shape.transducers), sensings,
-                 truth)
+    return Wander(what, its_case.world.name, its_case.setup.model, grid_map, list(robot.shape.transducers), sensings,
+                  truth)
 
 
 def map_of(world) -> GridMap:
