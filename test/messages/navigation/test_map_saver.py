@@ -90,15 +90,16 @@ def test_a_way_there_and_back_or_a_turn_is_enough(tmp_path, way):
     assert "is saved" in saver_of(tmp_path / "lab.yaml", START, *way).save(lambda: grid_of(20), {})
 
 
-@pytest.mark.parametrize("image", ["image: lab.pgm", "image: '{0}/lab.pgm'  "])
+@pytest.mark.parametrize("image", ["", """image: '{0}/the "lab" \\ hall.pgm'  # drawn"""])
 def test_older_maps_are_kept_whole(tmp_path, image):
-    file = tmp_path / "lab.yaml"
+    file = tmp_path / 'the "lab" \\ hall.yaml'
     for side, places in ((20, DOOR), (30, {}), (40, DOOR)):
         said = saver_of(file).save(lambda side=side: grid_of(side), places)
-        file.write_text(file.read_text().replace("image: lab.pgm", image.format(tmp_path)))
-    assert said == "the map is saved in %s; the one before is kept in %s" % (file, tmp_path / "lab.2.yaml")
-    for name, side, places in (("lab.1", 20, DOOR), ("lab.2", 30, {}), ("lab", 40, DOOR)):
-        kept = load_floor_map(str(tmp_path / (name + ".yaml")))
+        first, _, others = file.read_text().partition("\n")
+        file.write_text("%s\n%s" % (image.format(tmp_path) or first, others))
+    assert said == "the map is saved in %s; the one before is kept in %s" % (file, file.with_suffix(".2.yaml"))
+    for name, side, places in ((".1.yaml", 20, DOOR), (".2.yaml", 30, {}), (".yaml", 40, DOOR)):
+        kept = load_floor_map(str(file.with_suffix(name)))
         assert kept.grid == grid_of(side) and kept.goals == places, name
 
 

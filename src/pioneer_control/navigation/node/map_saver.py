@@ -8,10 +8,12 @@ import tempfile
 from pathlib import Path
 from typing import Callable, Mapping, Optional
 
+import yaml
+
 from ...errors import UsageError, WorldError
 from ...floor_poses import Pose, relative
 from ...maps import GridMap, write_ros_map
-from ...maps.goals_file import goals_file, write_goals
+from ...maps.goals_file import ENDING, goals_file, write_goals
 
 DRIVEN = 0.05
 """Way (m) or turn (rad) by the wheels from where it began, after which a robot has driven."""
@@ -34,7 +36,7 @@ def keep_older(file: str) -> str:
         OSError: it cannot be kept.
     """
     old = Path(file)
-    beside = ".pgm", ".goals.yaml"      # what a new map replaces too
+    beside = ".pgm", ENDING      # what a new map replaces too
     if not old.exists():
         return ""
     kept = next(each for each in (old.with_suffix(".%d.yaml" % number) for number in itertools.count(1))
@@ -42,12 +44,22 @@ def keep_older(file: str) -> str:
     for suffix in beside:
         if old.with_suffix(suffix).exists():
             shutil.copy2(str(old.with_suffix(suffix)), str(kept.with_suffix(suffix)))
-    text = old.read_bytes()
-    image = re.search(rb"^image:[ \t]*[\"']?(.*?)[\"']?[ \t\r]*$", text, re.MULTILINE)
-    if image and os.path.abspath(old.parent / os.fsdecode(image.group(1))) == os.path.abspath(old.with_suffix(".pgm")):
-        text = text[:image.start(1)] + os.fsencode(kept.with_suffix(".pgm").name) + text[image.end(1):]
-    kept.write_bytes(text)
+    kept.write_bytes(_with_image(old.read_bytes(), old, kept))
     return str(kept)
+
+
+def _with_image(content: bytes, old: Path, kept: Path) -> bytes:
+    """Return the content of the file of a map with the image that is kept, if it has the one that is replaced."""
+    try:
+        values = yaml.safe_load(content)
+        image = os.path.abspath(old.parent / values["image"])
+    except (yaml.YAMLError, TypeError, KeyError):       # no map
+        return content
+    if image != os.path.abspath(old.with_suffix(".pgm")):
+        return content
+    values = {"image": kept.with_suffix(".pgm").name}
+    line = yaml.safe_dump(values, default_style='"', allow_unicode=True, width=10000).partition(": ")[2].encode()
+    return re.sub(rb"^(image\s*:\s).*$", lambda found: found.group(1) + line.strip(), content, 1, re.MULTILINE)
 
 
 class MapSaver:
@@ -104,7 +116,7 @@ class MapSaver:
 
     def _elsewhere(self, grid: GridMap, places: Mapping[str, Pose], why: str) -> str:
         try:
-            file = os.path.join(tempfile.mkdtemp(prefix="pioneer-map-"), Path(self._file).name)
+            file = os.path.join(tempfile.mkdtemp(prefix="pioneer-map-"), "map.yaml")
             write_map(grid, places, file)
         except (OSError, WorldError) as error:
             return "%s; THE MAP IS LOST: %s" % (why, error)

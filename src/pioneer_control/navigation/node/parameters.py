@@ -4,10 +4,12 @@ The tuned numbers of `tuned` are parameters too, each below the name of its part
 """
 
 from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import Any, Dict, Mapping, NamedTuple, Optional, Tuple
 
 from ...errors import ParameterError
 from ...floor_poses import Pose
+from ...maps.goals_file import ENDING
 from ...parameters import Choice, Number, Numbers, Switch, Text, Whole, check, parameter
 from ..tuned import NavigationNumbers
 
@@ -95,6 +97,7 @@ def check_parameters(given: Mapping[str, Any]) -> Tuple[NavigationParameters, Na
                              " %r: they must differ" % frames)
     if parameters.map and parameters.save_to:
         raise ParameterError("~save_to is %r: a map is saved where one is made, without ~map" % parameters.save_to)
-    if parameters.save_to and not parameters.save_to.endswith(".yaml"):
-        raise ParameterError("~save_to is %r: the name of the file must end in .yaml" % parameters.save_to)
+    if parameters.save_to and (Path(parameters.save_to).suffix != ".yaml" or parameters.save_to.endswith(ENDING)):
+        raise ParameterError("~save_to is %r: the name of the file must end in .yaml, but not in %s"
+                             % (parameters.save_to, ENDING))
     return parameters, NavigationNumbers(**tuned)
