@@ -37,6 +37,7 @@ TOPICS = {
     "pioneer/navigation": Navigation, "pioneer/ground_truth": Odometry, "pioneer/places": Places,
     "pioneer/map": OccupancyGrid, "pioneer/plan": Path, "/rosout": Log,
     "pioneer/amcl_pose": PoseWithCovarianceStamped, "pioneer/cmd_vel": Twist,
+    "pioneer/move_base/current_goal": PoseStamped,
 }
 
 
@@ -64,7 +65,7 @@ class NavigationTest(unittest.TestCase):
         cls.services = {}
         for name, kind in (
                 ("set_motors", SetBool), ("go_to", GoTo), ("static_map", GetMap), ("move_base/make_plan", GetPlan),
-                ("move_base/clear_costmaps", Empty), ("teleop/release", Trigger),
+                ("move_base/clear_costmaps", Empty), ("request_nomotion_update", Empty), ("teleop/release", Trigger),
                 ("simulator/add_fault", AddFault), ("simulator/clear_faults", Trigger)):
             rospy.wait_for_service("pioneer/" + name, PATIENCE)
             cls.services[name] = rospy.ServiceProxy("pioneer/" + name, kind)
@@ -131,6 +132,8 @@ class NavigationTest(unittest.TestCase):
         self.assertAlmostEqual(heading_of(self.truth()), math.pi / 2, delta=0.15)
         self.assertTrue(feedback)
         self.assertEqual(feedback[-1].base_position.header.frame_id, "map")
+        current = self.witness.last("pioneer/move_base/current_goal").pose
+        self.assertEqual((current.position.x, current.position.y), (x + 1.0, y))
 
     def test_01b_on_a_busy_computer_navigation_comes_after_the_driver(self):
         def courtesies(node):
@@ -198,7 +201,10 @@ class NavigationTest(unittest.TestCase):
         in_a_wall = (grid.info.origin.position.x + (column + 0.5) * grid.info.resolution,
                      grid.info.origin.position.y + (row + 0.5) * grid.info.resolution)
         before = self.truth()
+        huge = goal_at(0.5, 0.0)
+        huge.target_pose.pose.orientation.z = 1e200
         for goal, word in (
+                (huge, "length 1e.200"),
                 (goal_at(*in_a_wall), "wall"), (goal_at(1e6, 0.0), "outside"), (goal_at(math.nan, 0.0), "finite"),
                 (goal_at(1.0, 1.0, frame="moon"), "moon"), (goal_at(0.5, 0.0, frame=""), "frame"),
                 (goal_at(0.5, 0.0, frame="base_link", stamp=rospy.Time.now() - rospy.Duration(60)), "[6-9]. s old")):
@@ -253,7 +259,13 @@ class NavigationTest(unittest.TestCase):
         self.assertLess(math.hypot(end.x - place.x, end.y - place.y), 0.2)
         self.assertEqual(self.services["move_base/make_plan"](
             goal_at(*self.home).target_pose, goal_at(1e6, 0.0).target_pose, 0.0).plan.poses, [])
+        from_here = self.services["move_base/make_plan"](
+            PoseStamped(), goal_at(place.x, place.y, 2.0).target_pose, 0.0).plan.poses
+        here = self.witness.last("pioneer/amcl_pose").pose.pose.position
+        self.assertLess(math.hypot(from_here[0].pose.position.x - here.x, from_here[0].pose.position.y - here.y), 0.1)
+        self.assertAlmostEqual(heading_of(from_here[-1].pose), 2.0, places=6)
         self.services["move_base/clear_costmaps"]()
+        self.services["request_nomotion_update"]()
         self.assertEqual(self.truth(), before)
 
     def test_08_it_waits_for_a_person_at_the_helm_and_goes_on_after_the_release(self):

@@ -1,9 +1,11 @@
 """What navigation says of the stamps of a robot's messages, without a master."""
 
 import contextlib
+import re
 import threading
 
 import pytest
+from nav_msgs.msg import Odometry
 from rospy import Time
 from std_msgs.msg import Header
 
@@ -54,6 +56,26 @@ def test_a_message_is_late_beside_the_quickest_whatever_the_clocks_say(hear):
 
 def test_after_a_jump_of_time_nothing_is_late(hear):
     assert hear((100.0, 10.0), (90.0, 10.1), (90.1, 10.2))[1] == [0.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize("goes_on, named", [
+    ("pose", "no sonar of the robot for 0.9 s: is it off?"), ("sonar", "no pose of the robot for 0.9 s"),
+    ("", "neither sonar nor pose of the robot for 0.9 s"), ("old stamps", "time stands still: .* for 0.9 s")])
+def test_what_a_silent_robot_does_not_tell_is_named(monkeypatch, goes_on, named):
+    now = [0.0]
+    monkeypatch.setattr(hearing, "monotonic", lambda: now[0])
+    monkeypatch.setattr(hearing.rospy, "get_time", lambda: now[0])
+    robot = hearing.Hearing([0], threading.Lock(), lambda sensed: None)
+    for step in range(20):
+        now[0] = 0.1 * step
+        header = Header(stamp=Time.from_sec(100.0 + (1.0 if step > 10 and goes_on == "old stamps" else now[0])))
+        if step <= 10 or goes_on in ("sonar", "old stamps"):
+            robot._hear_sonar(SonarArray(header=header, ranges=[1.0]))
+        if step <= 10 or goes_on in ("pose", "old stamps"):
+            pose = Odometry(header=header)
+            pose.pose.pose.orientation.w = 1.0
+            robot._hear_pose(pose)
+    assert re.match(named, robot.silence(0.9))
 
 
 @pytest.mark.parametrize("ended", [True, False])

@@ -11,8 +11,9 @@ from rospy import Time
 from pioneer_control.errors import UsageError
 from pioneer_control.floor_poses import Pose
 from pioneer_control.maps import FREE, OCCUPIED, UNKNOWN, GridMap
-from pioneer_control.navigation.node.messages import (cloud_message, footprint_message, map_message, path_message,
-                                                      pose_message, pose_of, pose_with_covariance, spread_of)
+from pioneer_control.navigation.node.messages import (check_start, cloud_message, footprint_message, map_message,
+                                                      path_message, pose_message, pose_of, pose_with_covariance,
+                                                      spread_of)
 
 STAMP = Time(5)
 
@@ -24,15 +25,17 @@ def test_a_pose_comes_back_as_it_went():
 @pytest.mark.parametrize("turn, named", [
     ((0.0, 0.0, 0.0, 0.0), "unit quaternion"), ((0.0, 0.0, 2.0, 2.0), "length 2.83"),
     ((0.0, 0.0, math.nan, 1.0), "finite"), ((0.0, 0.0, 0.0, math.inf), "finite"),
+    ((0.0, 0.0, 1e200, 0.0), "length 1e.200"),
 ])
 def test_an_orientation_that_is_none_is_named(turn, named):
     with pytest.raises(UsageError, match=named):
         pose_of(PoseMessage(Point(), Quaternion(*turn)))
 
 
-def test_a_place_that_is_not_finite_is_named():
-    with pytest.raises(UsageError, match="nan"):
-        pose_of(PoseMessage(Point(math.nan, 0.0, 0.0), Quaternion(w=1.0)))
+def test_a_place_that_is_not_finite_is_named_in_a_short_line():
+    with pytest.raises(UsageError, match="nan") as caught:
+        pose_of(PoseMessage(Point(math.nan, 1e300, 0.0), Quaternion(w=1.0)))
+    assert len(str(caught.value)) < 100
 
 
 def test_a_covariance_has_x_y_and_heading_at_their_places():
@@ -53,6 +56,22 @@ def test_a_spread_is_read_from_a_covariance():
             spread_of(numbers)
 
 
+def test_nobody_is_told_more_exactly_than_people_know_nor_to_more_than_half_a_turn():
+    assert spread_of([0.0] * 36) == (0.05, 0.05)
+    assert spread_of([1e300] * 36) == pytest.approx((1e150, math.pi))
+
+
+def test_a_start_lies_on_the_map():
+    grid = GridMap(np.full((40, 60), FREE, dtype=np.int8), 0.1, (-1.0, 2.0))      # x from -1 to 5, y from 2 to 6
+    check_start(Pose(4.9, 2.1, 0.0), 7.0, grid)
+    for x, y, spread, named in ((5.1, 3.0, 0.1, r"\(5.1, 3\) lies outside .* -1.00 to 5.00 and y from 2.00 to 6.00"),
+                                (1e300, 3.0, 0.1, r"\(1e.300, 3\) lies outside"), (0.0, 1.9, 0.1, "outside"),
+                                (0.0, 3.0, 8.0, "deviation of 8 m is more than the size of the map, 7.2 m"),
+                                (0.0, 3.0, 1e150, r"deviation of 1e.150 m")):
+        with pytest.raises(UsageError, match=named):
+            check_start(Pose(x, y, 0.0), spread, grid)
+
+
 def test_a_map_is_row_by_row_from_its_corner():
     grid = GridMap(np.array([[FREE, OCCUPIED], [UNKNOWN, FREE], [FREE, FREE]], dtype=np.int8), 0.05, (-1.0, 2.0))
     message = map_message(grid, "map", STAMP)
@@ -65,7 +84,9 @@ def test_each_pose_of_a_path_looks_to_the_next():
     headings = [pose_of(pose.pose).heading for pose in message.poses]
     assert headings == pytest.approx([math.pi / 4, math.pi / 2, math.pi / 2])
     assert path_message([(1.0, 2.0)], "map", STAMP).poses[0].pose.position.x == 1.0
-    assert path_message([], "map", STAMP).poses == []
+    assert path_message([], "map", STAMP).poses == [] == path_message([], "map", STAMP, 1.0).poses
+    end = path_message([(0.0, 0.0), (1.0, 1.0)], "map", STAMP, -1.0).poses[1].pose
+    assert pose_of(end).heading == pytest.approx(-1.0)
 
 
 def test_a_cloud_and_a_footprint():

@@ -1,6 +1,7 @@
 """What navigation hears of tf, without a master: messages are handed to it."""
 
 import math
+import types
 
 import pytest
 import rospy
@@ -20,6 +21,7 @@ class Subscriber:
 
     def __init__(self, topic, kind, hear, argument, queue_size):
         self.topic, self.hear, self.argument, self.is_there = topic, hear, argument, True
+        self.impl = types.SimpleNamespace(connections=[])
 
     def get_num_connections(self):
         return self.publishers
@@ -29,15 +31,24 @@ class Subscriber:
 
 
 @pytest.fixture
-def watch(monkeypatch):
+def now():
+    """Return the ROS time and the real time (s), both for a test to change."""
+    return {"ros": 5.0, "real": 1000.0}
+
+
+@pytest.fixture
+def watch(monkeypatch, now):
     monkeypatch.setattr(rospy, "Subscriber", Subscriber)
-    return tf_watch.TfWatch("odom", "base_link")
+    monkeypatch.setattr(tf_watch, "monotonic", lambda: now["real"])
+    return tf_watch.TfWatch("odom", "base_link", now=lambda: now["ros"])
 
 
-def tell(watch, who, parent, frame, x, static=False):
-    message = TFMessage([TransformStamped(Header(frame_id=parent, stamp=Time(5)), frame, Transform(
+def tell(watch, who, parent, frame, x, static=False, stamp=5):
+    message = TFMessage([TransformStamped(Header(frame_id=parent, stamp=Time(stamp)), frame, Transform(
         Vector3(x, 0.0, 0.0), Quaternion(0.0, 0.0, math.sin(math.pi / 4), math.cos(math.pi / 4))))])
     message._connection_header = {"callerid": who}
+    if static:
+        watch._subscribers[1].impl.connections.append(types.SimpleNamespace(callerid_pub=who, done=False))
     watch._hear(message, static)
 
 
@@ -48,8 +59,23 @@ def test_a_frame_is_where_tf_says(watch):
     assert watch.trouble() == ""
 
 
+@pytest.mark.parametrize("back", [3, 30])
+def test_when_time_jumps_back_older_transforms_count_no_more(watch, now, back):
+    now["ros"] = 100.0
+    tell(watch, "/a", "map", "odom", 2.0, stamp=100)
+    tell(watch, "/b", "odom", "camera", 1.0, static=True)
+    now["ros"] -= back
+    tell(watch, "/a", "map", "odom", 3.0, stamp=100)        # who sent it had not heard of the jump
+    with pytest.raises(UsageError, match="nobody says where its frame 'odom' is"):
+        watch.pose("odom", "map")
+    now["real"] += tf_watch.SETTLING
+    tell(watch, "/a", "map", "odom", 7.0, stamp=100 - back)
+    assert watch.pose("odom", "map").x == pytest.approx(7.0)
+    assert watch.pose("camera", "map")[:2] == pytest.approx((7.0, 1.0)), "what is static stays"
+
+
 def test_a_frame_that_nobody_tells_is_named(watch):
-    with pytest.raises(UsageError, match="nobody says where its frame camera is in map"):
+    with pytest.raises(UsageError, match="nobody says where its frame 'camera' is in 'map'"):
         watch.pose("camera", "map")
 
 
@@ -59,6 +85,17 @@ def test_two_who_tell_of_one_frame_are_named(watch):
     assert "odom: /a and /b" in watch.trouble()
     with pytest.raises(UsageError, match="nobody knows for sure"):
         watch.pose("odom", "map")
+
+
+@pytest.mark.parametrize("end", [
+    lambda connections: setattr(connections[0], "done", True), lambda connections: connections.clear()])
+def test_who_told_a_static_frame_counts_until_it_ends(watch, now, end):
+    tell(watch, "/a", "map", "odom", 2.0)
+    tell(watch, "/b", "map", "odom", 2.0, static=True)
+    now["real"] += 1.0
+    assert "odom: /a and /b" in watch.trouble()
+    end(watch._subscribers[1].impl.connections)
+    assert watch.trouble() == ""
 
 
 @pytest.mark.parametrize("publishers, stays", [(0, True), (12, True), (13, False)])
@@ -72,5 +109,5 @@ def test_a_crowd_is_left(watch, monkeypatch, publishers, stays):
         watch.leave_a_crowd()
     assert [each.is_there for each in subscribers] == [stays, stays]
     assert (watch.trouble() != "") == stays, "what was heard before is forgotten"
-    with pytest.raises(UsageError, match="nobody knows for sure" if stays else "more than 12 nodes .* must be in map"):
+    with pytest.raises(UsageError, match="nobody knows for sure" if stays else "more than 12 nodes .* in 'map'"):
         watch.pose("odom", "map")

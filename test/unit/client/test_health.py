@@ -462,13 +462,15 @@ def test_noise_while_connecting_is_not_held_against_the_link(health):
 # --- The aggregator's file ---
 
 def fits(text, robot):
-    """Return whether a file for the aggregator names exactly what the driver publishes.
+    """Return whether a file for the aggregator names exactly what the driver publishes, and knows navigation.
 
     A name is the node without its first slash, a colon, and the task.
     """
     analyzer = yaml.safe_load(text.replace("$(arg robot)", robot))
     names = ["%s/p2os: %s" % (robot, task) for task in TASKS]
-    have_prefix = all(name.startswith(analyzer["remove_prefix"]) for name in names)
+    of_navigation = "%s/navigation: " % robot
+    have_prefix = (analyzer["startswith"] == of_navigation in analyzer["remove_prefix"]
+                   and all(name.startswith(tuple(analyzer["remove_prefix"])) for name in names))
     return sorted(analyzer["expected"]) == sorted(names) and have_prefix
 
 
@@ -481,7 +483,8 @@ def test_the_aggregators_file_fits_the_driver(robot):
     ("p2os: Link", "p2os: Line"),
     ('  - "$(arg robot)/p2os: Bumpers"\n', ""),
     ('  - "$(arg robot)/p2os: Stall"\n', '  - "$(arg robot)/p2os: Stall"\n  - "$(arg robot)/p2os: Arm"\n'),
-    ("/p2os: ", "/driver: "),
+    ("/p2os: ", "/driver: "), ('startswith: "$(arg robot)/navigation: "', 'startswith: "navigation"'),
+    (', "$(arg robot)/navigation: "]', "]"),
 ])
 def test_a_name_too_few_too_many_or_misspelt_does_not(old, new):
     assert old in AGGREGATOR and not fits(AGGREGATOR.replace(old, new), "pioneer")

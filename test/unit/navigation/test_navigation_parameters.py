@@ -33,8 +33,14 @@ def test_a_pose_to_begin_at():
     ({"max_linear": 9.0}, "max_linear"), ({"start": "here"}, "home"), ({"initial_pose": [1, 2]}, "three numbers"),
     ({"initial_pose": [1, 2, float("nan")]}, "three numbers"), ({"mpa": "lab.yaml"}, "unknown parameter ~mpa"),
     ({"localisation": 3}, "must have numbers below it"),
-    ({"localisation": {"particles": -1}}, "particles"), ({"localisation": {"partikles": 9}}, "partikles"),
+    ({"localisation": {"particles": -1}}, "^~localisation/particles = -1 is not legal"),
+    ({"localisation": {"particels": 9}}, "^~localisation/particels .* did you mean ~localisation/particles"),
+    ({"global_frame_id": "odom"}, "are 'odom', 'odom' and 'base_link': they must differ"),
+    ({"global_frame_id": "a/base_link", "frame_prefix": "a/"}, "must differ"), ({"base_frame_id": "odom"}, "differ"),
+    ({"localisation": {"partikles": 9}}, "partikles"),
     ({"map": "lab.yaml", "save_to": "new.yaml"}, "save_to"), ({"save_to": "new.pgm"}, "must end in .yaml"),
+    ({"save_to": "lab/.yaml"}, "must end in .yaml"), ({"save_to": "lab.goals.yaml"}, "but not in .goals.yaml"),
+    ({"seed": -1}, "~seed = -1 is not legal: give a whole number from 0 up"),
 ])
 def test_what_is_not_legal_is_named(given, named):
     with pytest.raises(ParameterError, match=named):

@@ -7,7 +7,7 @@ from typing import Any, Callable, List, Optional, Tuple
 
 import actionlib
 import rospy
-from actionlib_msgs.msg import GoalID
+from actionlib_msgs.msg import GoalID, GoalStatus
 from geometry_msgs.msg import PoseStamped
 from move_base_msgs.msg import (MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal,
                                 MoveBaseResult)
@@ -25,10 +25,16 @@ def say_refused(why_not: str) -> None:
 
 
 class _Server(actionlib.ActionServer):
-    """An action server that refuses goals of a bag player, and whose "cancel all" also ends goals of a service."""
+    """An action server that knows which goals come from a bag player, and whose "cancel all" also ends goals of a
+    service.
+
+    Attributes:
+        why_not: why the goal that comes now must not be obeyed; empty: it may be.
+    """
 
     def __init__(self, refuses: Callable[[Any], str], cancel_all: Callable[[], None], *arguments: Any) -> None:
         self._refuses, self._cancel_all = refuses, cancel_all
+        self.why_not, self._newest = "", rospy.Time()
         super().__init__(NAME, MoveBaseAction, *arguments, auto_start=False)
 
     def initialize(self) -> None:
@@ -38,18 +44,29 @@ class _Server(actionlib.ActionServer):
             self.status_timer.shutdown()
 
     def internal_goal_callback(self, goal: MoveBaseActionGoal) -> None:
-        """Take a goal that comes, unless it comes from a bag."""
-        why_not = self._refuses(goal)
-        if why_not:
-            say_refused(why_not)
-            return
-        super().internal_goal_callback(goal)
+        """Take a goal that comes."""
+        why_not = self._refuses(goal)       # without the lock: it may take a moment
+        with self.lock:
+            self.why_not = why_not
+            self.look_at_time()
+            super().internal_goal_callback(goal)
+            if any(each.status.status == GoalStatus.RECALLED and each.status.goal_id.id == goal.goal_id.id
+                   for each in self.status_list):
+                rospy.logwarn("a goal is recalled: it is older than the last request to cancel, or has its id")
+
+    def look_at_time(self) -> None:
+        """Forget the time of the last request to cancel when time jumps back: each goal would be older than that."""
+        now = rospy.Time.now()
+        if now < self._newest:
+            self.last_cancel = rospy.Time()
+        self._newest = now
 
     def internal_cancel_callback(self, goal_id: GoalID) -> None:
         """Take a request to cancel. One without id and stamp means every goal (actionlib), also one of `go_to`."""
-        super().internal_cancel_callback(goal_id)
-        if not goal_id.id and not goal_id.stamp:
-            with self.lock:
+        with self.lock:
+            self.look_at_time()
+            super().internal_cancel_callback(goal_id)
+            if not goal_id.id and not goal_id.stamp:
                 self._cancel_all()
 
 
@@ -74,6 +91,7 @@ class GoalServer:
         self._told_next: List[Tuple[Any, str]] = []
         self._server = _Server(refuses, cancel, self._goal, self._cancelled)
         self.lock = self._server.lock
+        self._current = rospy.Publisher(NAME + "/current_goal", PoseStamped, queue_size=1)
         self._own_goals = rospy.Publisher(NAME + "/goal", MoveBaseActionGoal, queue_size=1)
         rospy.Subscriber("move_base_simple/goal", PoseStamped, self._simple_goal, refuses, queue_size=1)
 
@@ -90,7 +108,12 @@ class GoalServer:
         told, self._told_next, self._refused = self._told_next, self._refused, []
         for handle, why_not in told:
             handle.set_rejected(MoveBaseResult(), why_not)
+        self._server.look_at_time()
         self._server.publish_status()
+
+    def on_the_way(self, goal: PoseStamped) -> None:
+        """Publish a goal that was accepted, of the action or of a service, in the frame of the map."""
+        self._current.publish(goal)
 
     def feedback(self, here: PoseStamped) -> None:
         """Tell who sent the goal where the robot is."""
@@ -116,11 +139,17 @@ class GoalServer:
 
     def _goal(self, handle: Any) -> None:
         goal: MoveBaseGoal = handle.get_goal()
+        if self._server.why_not:
+            say_refused(self._server.why_not)
+            self._refused.append((handle, self._server.why_not))
+            return
         try:
             self._accept(goal.target_pose)
-        except PioneerError as error:
-            rospy.logwarn("a goal is refused: %s", error)
-            self._refused.append((handle, str(error)))
+        except Exception as error:      # whatever it is: who sent the goal waits for an answer
+            expected = isinstance(error, PioneerError)
+            why_not = str(error) if expected else "%s: %s" % (type(error).__name__, error)
+            (rospy.logwarn if expected else rospy.logerr)("a goal is refused: %s", why_not)
+            self._refused.append((handle, why_not))
             return
         self.dropped("another goal has taken its place")
         self._handle = handle
@@ -128,6 +157,7 @@ class GoalServer:
 
     def _cancelled(self, handle: Any) -> None:
         if handle is self._handle or (self._handle is not None and handle == self._handle):
+            rospy.loginfo("the goal is cancelled")
             self._cancel()
             self.dropped("it was cancelled")
 
@@ -137,6 +167,5 @@ class GoalServer:
         if why_not:
             say_refused(why_not)
             return
-        stamp = rospy.Time.now()
-        self._own_goals.publish(MoveBaseActionGoal(
-            Header(stamp=stamp), GoalID(stamp, "simple_goal-%s" % stamp), MoveBaseGoal(message)))
+        # Without an id: the server makes one, also of its own while time stands.
+        self._own_goals.publish(MoveBaseActionGoal(Header(stamp=rospy.Time.now()), GoalID(), MoveBaseGoal(message)))

@@ -42,6 +42,7 @@ class Hearing:
     def __init__(self, numbers: Iterable[int], lock: Any, on_sensed: Callable[[List[Sensing]], None]):
         self.readiness = Readiness()
         self.heard_at = self._came_at = self._ticked_at = monotonic()
+        self._said_at = {"sonar": self._came_at, "pose": self._came_at}
         self._delay = Delay()
         self._time, self._newest, self._quiet_until, self._told_jump = SteadyTime(), 0.0, 0.0, 0.0
         self._senses, self._lock, self._on_sensed = Senses(numbers), lock, on_sensed
@@ -69,19 +70,30 @@ class Hearing:
         """Whether messages of the robot come, but none with a newer stamp."""
         return self._came_at - self._ticked_at > STANDS
 
+    def silence(self, seconds: float) -> str:
+        """Return for people why nothing new was sensed for so long (s)."""
+        if self.time_stands:
+            return "time stands still: no message of the robot has a newer stamp for %.1f s" % seconds
+        missing = [what for what, said_at in self._said_at.items() if monotonic() - said_at > STANDS]
+        if missing == ["sonar"]:
+            return "no sonar of the robot for %.1f s: is it off? The service set_sonar switches it on" % seconds
+        if missing == ["pose"]:
+            return "no pose of the robot for %.1f s, but sonar" % seconds
+        return "neither sonar nor pose of the robot for %.1f s" % seconds
+
     def stamp_of(self, time: float) -> rospy.Time:
         """Return the stamp of a time (s) of what was sensed: the robot's own clock may have jumped since the start."""
         return rospy.Time.from_sec(max(0.0, time - self._time.offset))
 
     def _hear_pose(self, message: Odometry) -> None:
-        self._sensed(self._senses.hear_pose(self._time_of(message), pose_of(message.pose.pose)))
+        self._sensed(self._senses.hear_pose(self._time_of(message, "pose"), pose_of(message.pose.pose)))
 
     def _hear_sonar(self, message: SonarArray) -> None:
-        self._sensed(self._senses.hear_sonar(self._time_of(message), message.ranges))
+        self._sensed(self._senses.hear_sonar(self._time_of(message, "sonar"), message.ranges))
 
-    def _time_of(self, message: Any) -> float:
+    def _time_of(self, message: Any, what: str) -> float:
         """Return the steady time (s) of a message, and tell people when its stamp jumps."""
-        self._came_at = monotonic()
+        self._came_at = self._said_at[what] = monotonic()
         time = self._time.of(message.header.stamp.to_sec(), self._came_at)
         late = self._delay.of(time, rospy.get_time() + self._time.offset)
         self.readiness = self.readiness._replace(late=late)

@@ -1,7 +1,7 @@
 """Converts the values of navigation to ROS messages, and back. Pure: no node, no clock."""
 
 import math
-from typing import Any, Iterable, Sequence, Tuple
+from typing import Any, Iterable, Optional, Sequence, Tuple
 
 from geometry_msgs.msg import (Point, Point32, Polygon, PolygonStamped, Pose2D, PoseArray, PoseStamped,
                                PoseWithCovariance, PoseWithCovarianceStamped, Quaternion)
@@ -14,6 +14,8 @@ from ...floor_poses import Pose
 from ...maps import GridMap
 from ...message_values import heading_of, quaternion_of
 
+LEAST_SPREAD = 0.05
+"""Smallest standard deviation (m, rad) of a pose that somebody tells: nobody knows it more exactly."""
 UPRIGHT = 0.1
 """How far the length of a quaternion may differ from 1; RViz and programs send unit quaternions."""
 
@@ -32,8 +34,8 @@ def pose_of(message: PoseMessage) -> Pose:
     place, turn = message.position, message.orientation
     numbers = (place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w)
     if not all(map(math.isfinite, numbers)):
-        raise UsageError("a pose must have finite numbers, not %s" % (tuple(numbers),))
-    length = math.sqrt(turn.x ** 2 + turn.y ** 2 + turn.z ** 2 + turn.w ** 2)
+        raise UsageError("a pose must have finite numbers, not (%s)" % ", ".join("%.4g" % each for each in numbers))
+    length = math.hypot(turn.x, turn.y, turn.z, turn.w)     # squares may overflow
     if abs(length - 1.0) > UPRIGHT:
         raise UsageError("the orientation (%g, %g, %g, %g) has the length %.3g: it must be a unit quaternion"
                          % (turn.x, turn.y, turn.z, turn.w, length))
@@ -66,13 +68,38 @@ def pose_with_covariance(pose: Pose, covariance: Any, frame: str, stamp: Any) ->
 def spread_of(covariance: Sequence[float]) -> Tuple[float, float]:
     """Return standard deviations of place (m) and heading (rad) of a message's covariance (36 numbers).
 
+    They are `LEAST_SPREAD` at least, and half a turn at most.
+
     Raises:
         UsageError: a variance is negative or not finite.
     """
     variances = covariance[0], covariance[7], covariance[35]
     if not all(math.isfinite(variance) and variance >= 0.0 for variance in variances):
-        raise UsageError("the variances %s must be finite, and 0 or more" % (variances,))
-    return math.sqrt(max(variances[:2])), math.sqrt(variances[2])
+        raise UsageError("the variances (%.4g, %.4g, %.4g) must be finite, and 0 or more" % variances)
+    place, heading = math.sqrt(max(variances[:2])), math.sqrt(variances[2])
+    return max(LEAST_SPREAD, place), min(max(LEAST_SPREAD, heading), math.pi)
+
+
+def check_on_map(pose: Pose, grid: GridMap, name: str) -> None:
+    """Check that a pose lies within the bounds of a map. Raises UsageError with its `name` for people if not."""
+    left, bottom, right, top = grid.bounds
+    if not (left <= pose.x <= right and bottom <= pose.y <= top):
+        raise UsageError("%s (%.4g, %.4g) lies outside of the map, which has x from %.2f to %.2f and y from %.2f to"
+                         " %.2f" % (name, pose.x, pose.y, left, right, bottom, top))
+
+
+def check_start(pose: Pose, spread: float, grid: GridMap) -> None:
+    """Check that a robot may be where somebody says, with a standard deviation of the place (m).
+
+    Raises:
+        UsageError: that is not on the map, or tells nothing about where on the map.
+    """
+    check_on_map(pose, grid, "the place")
+    left, bottom, right, top = grid.bounds
+    size = math.hypot(right - left, top - bottom)
+    if spread > size:
+        raise UsageError("a standard deviation of %.4g m is more than the size of the map, %.1f m: the service"
+                         " global_localization says that the robot may be anywhere" % (spread, size))
 
 
 def cloud_message(particles: Any, most: int, frame: str, stamp: Any) -> PoseArray:
@@ -84,11 +111,13 @@ def cloud_message(particles: Any, most: int, frame: str, stamp: Any) -> PoseArra
     return PoseArray(header_of(frame, stamp), [pose_message(Pose(*particle)) for particle in some])
 
 
-def path_message(points: Iterable[Tuple[float, float]], frame: str, stamp: Any) -> Path:
-    """Return a path of points (m) as a message. Each pose heads to the next point."""
+def path_message(points: Iterable[Tuple[float, float]], frame: str, stamp: Any,
+                 heading: Optional[float] = None) -> Path:
+    """Return a path of points (m) as a message. Each pose heads to the next point, the last one to `heading` (rad)."""
     places = list(points)
     headings = [math.atan2(after[1] - before[1], after[0] - before[0]) for before, after in zip(places, places[1:])]
-    poses = [Pose(x, y, heading) for (x, y), heading in zip(places, headings + headings[-1:] or [0.0])]
+    last = [heading] if heading is not None else headings[-1:] or [0.0]
+    poses = [Pose(x, y, ahead) for (x, y), ahead in zip(places, headings + last)]
     return Path(header_of(frame, stamp), [PoseStamped(header_of(frame, stamp), pose_message(pose)) for pose in poses])
 
 

@@ -9,7 +9,7 @@ relative to the namespace of the robot. docs/navigation.md has all of them.
 says.
 
 *Action* ``move_base``. *Services* ``go_to``, ``static_map``, ``global_localization``, ``save_map``, ``save_place``,
-``explore``, ``move_base/make_plan``, ``move_base/clear_costmaps``.
+``explore``, ``move_base/make_plan``, ``move_base/clear_costmaps``, ``request_nomotion_update``.
 
 *Parameters*: see `NavigationParameters`; the numbers of `tuned` below the names of their parts.
 """
@@ -23,13 +23,12 @@ from typing import Any, Callable, List, Optional
 
 import rospy
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist, Vector3
-from nav_msgs.srv import GetMap, GetMapResponse, GetPlan, GetPlanResponse
+from nav_msgs.srv import GetMap, GetMapResponse, GetPlan
 from std_srvs.srv import Empty, EmptyResponse, SetBool, SetBoolResponse
 
 from ...errors import PioneerError, RefusedError, UsageError
 from ...floor_poses import Pose, compose
-from ...maps import FloorMap, write_ros_map
-from ...maps.goals_file import goals_file, write_goals
+from ...maps import FloorMap, GridMap
 from ...msg import Accelerations, RobotInfo
 from ...robots import Transducer
 from ...ros_node import bag_player, init_node
@@ -42,9 +41,11 @@ from ..tuned import NavigationNumbers
 from ..values import Sensing
 from .goal_server import GoalServer
 from .hearing import Hearing, robot_info
-from .messages import header_of, path_message, pose_message, pose_of, spread_of
+from .map_saver import MapSaver, write_map
+from .messages import check_on_map, check_start, header_of, pose_message, pose_of, spread_of
 from .parameters import NavigationParameters, check_parameters
 from .place_keeper import PlaceKeeper
+from .plan_maker import PlanMaker
 from .telling import Telling
 from .tf_watch import TfWatch
 
@@ -70,11 +71,12 @@ class NavigationNode:
         floor: the map; None: the robot makes one.
         info: the robot, as its driver tells it.
         numbers: the tuned numbers.
+        saver: saves the map at the end. None: nobody does.
     """
 
     def __init__(self, parameters: NavigationParameters, floor: Optional[FloorMap], info: RobotInfo,
-                 numbers: NavigationNumbers):
-        self._parameters = parameters
+                 numbers: NavigationNumbers, saver: Optional[MapSaver]):
+        self._parameters, self._saver = parameters, saver
         self._frame = parameters.global_frame_id
         chassis = chassis_of(info, parameters)
         self._accelerations = rospy.Publisher("accelerations", Accelerations, queue_size=1, tcp_nodelay=True)
@@ -105,11 +107,13 @@ class NavigationNode:
 
     def run(self) -> None:
         """Navigate until ROS shuts down. The loop looks whether the robot is silent; it uses real time."""
+        plans = PlanMaker(self._pilot, self._frame, self._in_map, self._here)
         for name, kind, serve in (
                 ("go_to", GoTo, self._go_to), ("static_map", GetMap, self._static_map),
                 ("global_localization", Empty, self._anywhere), ("save_map", SaveMap, self._save_map),
-                ("explore", SetBool, self._explore), ("move_base/make_plan", GetPlan, self._make_plan),
-                ("move_base/clear_costmaps", Empty, self._forget_obstacles)):
+                ("explore", SetBool, self._explore), ("move_base/make_plan", GetPlan, plans.serve),
+                ("move_base/clear_costmaps", Empty, self._forget_obstacles),
+                ("request_nomotion_update", Empty, lambda request: EmptyResponse())):   # each packet is told anyway
             rospy.Service(name, kind, self._locked(serve))
         rospy.Subscriber("initialpose", PoseWithCovarianceStamped, self._hear_start, queue_size=1)
         self._hearing.start()
@@ -126,10 +130,8 @@ class NavigationNode:
         with self._lock:
             self._stand()
             self._goals.dropped("navigation ends")
-            if self._parameters.save_to and self._pilot.step.where is not None:
-                self._pilot.finish()
-                self._write_map(self._parameters.save_to)
-                print("the map is saved in %s" % self._parameters.save_to)      # rosout has ended
+            if self._saver is not None:
+                print(self._saver.save(self._finished_map, self._keeper.places), flush=True)     # rosout has ended
 
     def _look_at_tf(self) -> None:
         self._tf_watch.leave_a_crowd()
@@ -149,15 +151,14 @@ class NavigationNode:
     def _sense(self, sensed: List[Sensing]) -> None:
         for sensing in sensed:
             step = self._pilot.sense(sensing, self._hearing.readiness)
+            if self._saver is not None:
+                self._saver.hear(sensing.odometry)
         self._follow(step)
 
     def _without_news(self, silence: float) -> PilotStep:
         """Return what to do after so long (s) without anything new of the robot: stand."""
         step = self._pilot.silent(silence)
-        if step.state is State.WAITING and self._hearing.time_stands:
-            step = step._replace(reason="time stands still: no message of the robot has a newer stamp for %.1f s"
-                                 % silence)
-        return step
+        return step._replace(reason=self._hearing.silence(silence)) if step.state is State.WAITING else step
 
     def _follow(self, step: PilotStep) -> None:
         """Drive, and tell everybody."""
@@ -207,6 +208,7 @@ class NavigationNode:
         if why_not:
             self._telling.has_said(State.FAILED, why_not)      # who catches this says it
             raise RefusedError(why_not)
+        self._goals.on_the_way(PoseStamped(header_of(self._frame, rospy.Time.now()), pose_message(goal)))
         rospy.loginfo("goal: %s%.2f, %.2f", name and name + ", at ", goal.x, goal.y)
 
     def _cancel(self) -> None:
@@ -217,10 +219,14 @@ class NavigationNode:
         try:
             why_not = self._refuses(message)     # without the lock: it may take a moment
             if why_not:
-                raise RefusedError(why_not)
+                rospy.logwarn_throttle(10.0, "initialpose is refused: %s" % why_not)    # it may send ten a second
+                return
             pose = self._in_map(message.header, pose_of(message.pose.pose))
+            place, heading = spread_of(message.pose.covariance)
             with self._lock:
-                self._pilot.start_at(pose, *spread_of(message.pose.covariance))
+                if not self._pilot.makes_map:       # that refuses each start
+                    check_start(pose, place, self._pilot.grid)
+                self._pilot.start_at(pose, place, heading)
         except PioneerError as error:
             rospy.logwarn("initialpose is refused: %s", error)
             return
@@ -236,10 +242,10 @@ class NavigationNode:
         if frame == self._frame:
             return pose
         if not frame:
-            raise UsageError("its header has no frame; the map has %s" % self._frame)
+            raise UsageError("its header has no frame; the map has %r" % self._frame)
         age = (rospy.Time.now() - header.stamp).to_sec() if header.stamp else 0.0
         if age > OLD_GOAL:
-            raise UsageError("it is %.0f s old, and its frame %s moves; the map has %s" % (age, frame, self._frame))
+            raise UsageError("it is %.0f s old, and its frame %r moves; the map has %r" % (age, frame, self._frame))
         return compose(self._tf_watch.pose(frame, self._frame), pose)
 
     def _here(self) -> Pose:
@@ -270,31 +276,21 @@ class NavigationNode:
             raise rospy.ServiceException(str(error)) from None
         return EmptyResponse()
 
-    def _make_plan(self, request: Any) -> GetPlanResponse:
-        points: List[Any] = []
-        try:
-            start, goal = (self._in_map(each.header, pose_of(each.pose)) for each in (request.start, request.goal))
-            points = self._pilot.way(start, goal)
-        except PioneerError as error:
-            rospy.logwarn("no plan: %s", error)
-        return GetPlanResponse(path_message(points, self._frame, rospy.Time.now()))
-
     def _forget_obstacles(self, request: Any) -> EmptyResponse:
         self._pilot.forget_obstacles()
         return EmptyResponse()
 
     def _save_map(self, request: Any) -> SaveMapResponse:
         try:
-            self._write_map(request.file)
+            write_map(self._pilot.grid, self._keeper.places, request.file)
         except PioneerError as error:
             return SaveMapResponse(False, str(error))
         rospy.loginfo("the map is saved in %s", request.file)
         return SaveMapResponse(True, "saved in %s" % request.file)
 
-    def _write_map(self, file: str) -> None:
-        write_ros_map(self._pilot.grid, file)
-        if self._keeper.places:
-            write_goals(self._keeper.places, goals_file(file))
+    def _finished_map(self) -> GridMap:
+        self._pilot.finish()
+        return self._pilot.grid
 
     def _explore(self, request: Any) -> SetBoolResponse:
         self._goals.dropped("the robot explores" if request.data else "exploring ends")
@@ -319,13 +315,16 @@ def main() -> int:
     try:
         parameters, numbers = check_parameters(rospy.get_param("~", {}))
         floor = load_floor_map(parameters.map) if parameters.map else None
+        if floor is not None and parameters.initial_pose is not None:
+            check_on_map(parameters.initial_pose, floor.grid, "~initial_pose")
+        saver = MapSaver(parameters.save_to) if parameters.save_to else None
         if floor is None:
             rospy.loginfo("no map is given: the robot makes one while it drives")
         else:
             rows, columns = floor.grid.cells.shape
             rospy.loginfo("map %s: %.1f m by %.1f m, places: %s", floor.name, columns * floor.grid.resolution,
                           rows * floor.grid.resolution, ", ".join(floor.goals) or "none")
-        node = NavigationNode(parameters, floor, robot_info(), numbers)
+        node = NavigationNode(parameters, floor, robot_info(), numbers, saver)
     except PioneerError as error:
         rospy.logfatal("%s (What an earlier start was given stays until: rosparam delete %s)", error, rospy.get_name())
         return 2

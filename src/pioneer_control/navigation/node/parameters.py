@@ -4,10 +4,12 @@ The tuned numbers of `tuned` are parameters too, each below the name of its part
 """
 
 from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import Any, Dict, Mapping, NamedTuple, Optional, Tuple
 
 from ...errors import ParameterError
 from ...floor_poses import Pose
+from ...maps.goals_file import ENDING
 from ...parameters import Choice, Number, Numbers, Switch, Text, Whole, check, parameter
 from ..tuned import NavigationNumbers
 
@@ -38,7 +40,7 @@ class NavigationParameters:
                                              "m, m, rad")
     max_linear: float = parameter(0.4, Number(0.05, 0.75), "greatest speed to a goal", "m/s")
     max_angular: float = parameter(1.0, Number(0.1, 2.0), "greatest turn rate to a goal", "rad/s")
-    seed: int = parameter(0, Whole(), "of what chance decides: particles are drawn")
+    seed: int = parameter(0, Whole(0), "of what chance decides: particles are drawn")
     accept_replay: bool = parameter(False, Switch(), "obey goals that `rosbag play` publishes")
     global_frame_id: str = parameter("map", Text(slash=False), "frame of the map")
     odom_frame_id: str = parameter("odom", Text(slash=False), "frame of the robot's odometry")
@@ -77,7 +79,10 @@ def check_parameters(given: Mapping[str, Any]) -> Tuple[NavigationParameters, Na
         if not isinstance(numbers, Mapping):
             raise ParameterError("~%s is %r: it must have numbers below it, such as ~%s/%s"
                                  % (part, numbers, part, fields(table)[0].name))
-        tuned[part], unknown = check(table, numbers)
+        try:
+            tuned[part], unknown = check(table, numbers)
+        except ParameterError as error:
+            raise ParameterError(str(error).replace("~", "~%s/" % part)) from None
         if unknown:
             raise ParameterError("unknown parameter ~%s/%s: there are %s" % (
                 part, unknown[0], ", ".join(entry.name for entry in fields(table))))
@@ -86,8 +91,13 @@ def check_parameters(given: Mapping[str, Any]) -> Tuple[NavigationParameters, Na
     if unknown:
         known = ", ~".join([entry.name for entry in fields(NavigationParameters)] + list(parts))
         raise ParameterError("unknown parameter ~%s: there are ~%s" % (", ~".join(unknown), known))
+    frames = parameters.global_frame_id, parameters.odom_frame, parameters.base_frame
+    if len(set(frames)) < len(frames):
+        raise ParameterError("~global_frame_id, ~odom_frame_id and ~base_frame_id, with ~frame_prefix, are %r, %r and"
+                             " %r: they must differ" % frames)
     if parameters.map and parameters.save_to:
         raise ParameterError("~save_to is %r: a map is saved where one is made, without ~map" % parameters.save_to)
-    if parameters.save_to and not parameters.save_to.endswith(".yaml"):
-        raise ParameterError("~save_to is %r: the name of the file must end in .yaml" % parameters.save_to)
+    if parameters.save_to and (Path(parameters.save_to).suffix != ".yaml" or parameters.save_to.endswith(ENDING)):
+        raise ParameterError("~save_to is %r: the name of the file must end in .yaml, but not in %s"
+                             % (parameters.save_to, ENDING))
     return parameters, NavigationNumbers(**tuned)

@@ -47,14 +47,14 @@ class PlaceKeeper:
 
     def _save(self, request: Any) -> SavePlaceResponse:
         try:
-            with self._lock:
+            with self._lock:        # for all of it: of two at once each has the change of the other
                 places = self._changed(request)
-            if self._file is not None:
-                write_goals(places, self._file)
+                if self._file is not None:
+                    write_goals(places, self._file)
+                self.places = places
+                self._tell()
         except PioneerError as error:
             return SavePlaceResponse(False, str(error))
-        self.places = places
-        self._tell()
         done = "is forgotten" if request.forget else "is saved"
         return SavePlaceResponse(True, "%s %s" % (request.name, done + (
             " in %s" % self._file if self._file else "; without a file beside a map, until navigation ends")))

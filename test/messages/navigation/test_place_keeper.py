@@ -1,0 +1,56 @@
+"""The named places, without a master: requests are handed to the keeper."""
+
+import threading
+import time
+
+import pytest
+import rospy
+from rospy import Time
+
+from pioneer_control.floor_poses import Pose
+from pioneer_control.maps.goals_file import read_goals, write_goals
+from pioneer_control.navigation.node import place_keeper
+from pioneer_control.srv import SavePlaceRequest
+
+
+class Told:
+    """A topic or a service of rospy's."""
+
+    def __init__(self, *arguments, **options):
+        self.messages = []
+
+    def publish(self, message):
+        self.messages.append(message)
+
+
+@pytest.fixture
+def keeper(monkeypatch, tmp_path):
+    monkeypatch.setattr(rospy, "Publisher", Told)
+    monkeypatch.setattr(rospy, "Service", Told)
+    monkeypatch.setattr(Time, "now", lambda: Time(7))
+    return place_keeper.PlaceKeeper(None, str(tmp_path / "lab.yaml"), "map", lambda: Pose(1.0, 2.0, 0.5),
+                                    threading.RLock())
+
+
+def test_two_places_that_are_saved_at_once_are_both_kept(keeper, monkeypatch, tmp_path):
+    def write_slowly(places, path):
+        time.sleep(0.05)
+        write_goals(places, path)
+
+    monkeypatch.setattr(place_keeper, "write_goals", write_slowly)
+    answers = []
+    threads = [threading.Thread(target=lambda name=name: answers.append(
+        keeper._save(SavePlaceRequest(name=name, here=True)))) for name in ("door", "desk")]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert [each.success for each in answers] == [True, True]
+    assert set(keeper.places) == set(read_goals(tmp_path / "lab.goals.yaml")) == {"door", "desk"}
+    assert set(keeper._topic.messages[-1].names) == {"door", "desk"}
+
+
+def test_what_cannot_be_written_is_not_kept(keeper, tmp_path):
+    (tmp_path / "lab.goals.yaml").mkdir()
+    answer = keeper._save(SavePlaceRequest(name="door", here=True))
+    assert not answer.success and "cannot be written" in answer.message and keeper.places == {}
