@@ -394,10 +394,11 @@ class Navigator:
         numbers, goal, plan = self._numbers.steering, task.goal, task.plan
         assert plan is not None
         distance = _apart(goal, pose)
+        stands_at = self._steering.stands_at(pose, self._velocity, task.told)
         near = numbers.arrived_at_last if now - task.progress > self._numbers.navigator.slow else numbers.arrived
-        task.at_goal = distance < (2.5 * numbers.arrived + 0.03 if task.at_goal else near)
+        task.at_goal = _apart(goal, stands_at) < (2.5 * numbers.arrived + 0.03 if task.at_goal else near)
         if task.at_goal:
-            off = abs(wrapped(goal.heading - pose.heading)) if task.with_heading else 0.0
+            off = abs(wrapped(goal.heading - stands_at.heading)) if task.with_heading else 0.0
             if off < numbers.arrived_heading:
                 still = abs(self._velocity.linear) < 0.03 and abs(self._velocity.angular) < 0.05
                 return None if still else SteeringChoice(STOP, "at the goal, stopping")

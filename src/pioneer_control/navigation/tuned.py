@@ -176,6 +176,12 @@ class SteeringNumbers:
         0.1, Number(0.005, 0.5), "distance from the goal that is good enough where it has no way on for a while", "m")
     arrived_heading: float = parameter(0.03, Number(0.005, 0.5), "heading off the goal's that is good enough", "rad")
     final_gain: float = parameter(2.0, Number(0.1, 5), "its speed there for each metre that is left", "1/s")
+    final_turn_gain: float = parameter(5.0, Number(0.1, 20), "its turn rate there for each radian that is left", "1/s")
+    final_turn_slowest: float = parameter(0.12, Number(0.01, 1), "its least turn rate there", "rad/s")
+    final_turn_braking: float = parameter(0.7, Number(0.1, 1), "share of its angular deceleration that it uses there")
+    answered: float = parameter(
+        0.08, Number(0, 1), "time from a packet to the effect of its answer, by which it tells where it comes to stand",
+        "s")
     final: float = parameter(0.6, Number(0.1, 2), "distance from which the robot aims at the goal itself", "m")
 
 
