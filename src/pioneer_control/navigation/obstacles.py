@@ -112,6 +112,14 @@ class Obstacles:
                   np.full(len(places_x), time + self._tuned.felt))
         self._passed[len(self._passed) - len(places_x):] = _NEVER
 
+    def explained(self, x: Array, y: Array, far: Array) -> Array:
+        """Return which places (m, map frame) are so near to a wall of the map that an echo from this far (m) is its."""
+        row, column = self._map.cell(x, y)
+        rows, columns = self._clearance.shape
+        inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+        room = np.where(inside, self._clearance[np.where(inside, row, 0), np.where(inside, column, 0)], 0.0)
+        return room < self._tuned.explained + self._tuned.explained_share * far
+
     def hear(self, sensing: Sensing, where: Optional[Pose]) -> None:
         """Take in the firings of one packet.
 
@@ -142,11 +150,7 @@ class Obstacles:
         x, y = eye_x + far * np.cos(heading + _ACROSS), eye_y + far * np.sin(heading + _ACROSS)
         explained = np.zeros(x.shape, dtype=bool)
         if where is not None:
-            row, column = self._map.cell(*out_of(where, *into(sensing.odometry, x, y)))
-            rows, columns = self._clearance.shape
-            inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-            room = np.where(inside, self._clearance[np.where(inside, row, 0), np.where(inside, column, 0)], 0.0)
-            explained = room < self._tuned.explained + self._tuned.explained_share * far
+            explained = self.explained(*out_of(where, *into(sensing.odometry, x, y)), far)
         by_map = explained.any(axis=1, keepdims=True)
         kept = np.where(np.abs(_ACROSS) < 0.4 * HALF_CONE, self._tuned.kept, self._tuned.kept_aside)
         until = time + np.where(by_map, self._tuned.kept_known, kept)

@@ -196,6 +196,8 @@ class NavigatorNumbers:
     stale: float = parameter(0.5, Number(0.1, 5), "what the robot senses is too old after this time", "s")
     silent: float = parameter(1.0, Number(0.2, 10), "a transducer that has not fired for this time does not look", "s")
     unsure_turn: float = parameter(0.4, Number(0, 2), "turn rate with which it looks around when unsure", "rad/s")
+    unsure_beside: float = parameter(
+        10.0, Number(0, 600), "it does not look around beside what is no wall and came a shorter time ago", "s")
     patience: float = parameter(60.0, Number(1, 3600), "time without progress after which it gives up", "s")
     wait: float = parameter(120.0, Number(1, 3600), "time that it waits for one reason before it gives up", "s")
     slow: float = parameter(5.0, Number(0.1, 600), "time without progress that counts as having no way", "s")

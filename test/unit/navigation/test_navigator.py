@@ -315,8 +315,32 @@ def test_it_looks_around_where_there_is_room_and_never_drives_while_unsure():
         assert run.decision.twist.linear == 0.0
         turned += abs(run.decision.twist.angular) * 0.1
     assert turned > 1.0 and "nothing fits" in run.decision.reason
-    assert math.hypot(run.pose.x - pose.x, run.pose.y - pose.y) < 0.01
+    assert math.hypot(run.pose.x - pose.x, run.pose.y - pose.y) < 0.03
     assert run.until(State.REACHED, State.FAILED).state is State.REACHED
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_it_looks_around_at_once_to_where_its_way_begins_and_there_to_and_fro(side):
+    run, turned = Run(start=Pose(3.0, 2.0, 0.0)), []
+    run.step()
+    run.navigator.go_to(3.0, 2.0 + side * 1.5, None, run.time)
+    for _ in range(120):
+        run.step(where=Spot(run.pose, False, "nothing fits"))
+        turned.append(run.pose.heading * side)
+    assert run.decision.state is State.FAILED or run.decision.twist.angular
+    assert turned[5] > 0.05 and max(turned) < math.pi / 2 + 0.7 and min(turned[45:]) > math.pi / 2 - 0.7
+
+
+@pytest.mark.parametrize("posts, seconds, turns", [
+    ([(3.0, 2.34)], 4.0, False), ([(3.0, 2.34)], 14.0, True), ([(3.0, 2.5)], 4.0, True), ([], 4.0, True)])
+def test_it_does_not_look_around_beside_who_has_just_come_and_may_go_on(posts, seconds, turns):
+    run = Run(subtype="amigo-sh", start=Pose(3.0, 2.0, 0.0))
+    run.navigator = Navigator(run.walls, run.chassis)
+    run.driving((5.0, 2.0, None))
+    run.pose, run.velocity, run.posts = Pose(3.0, 2.0, 0.0), STOP, posts
+    run.step()
+    turned = [run.step(where=lost()).twist.angular != 0.0 for _ in range(round(10.0 * seconds))]
+    assert any(turned[10:]) == turns
 
 
 def test_it_looks_around_also_in_a_corridor():
