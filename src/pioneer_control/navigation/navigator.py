@@ -15,7 +15,7 @@ import numpy as np
 from ..floor_poses import Pose, compose, relative, wrapped
 from ..maps.grid_map import GridMap
 from .chassis import Chassis, distance_outside
-from .driving import STOP, Around, SteeringChoice, Steering
+from .driving import NOWHERE, STOP, Around, SteeringChoice, Steering
 from .frames import into, out_of
 from .lateness import Lateness
 from .obstacles import Obstacles, cells_near, edge_cells
@@ -438,10 +438,14 @@ class Navigator:
                 return choice
         blocked = max(0.0 if task.blocked_since is None else now - task.blocked_since,
                       now - task.progress - self._numbers.navigator.slow)
+        trail = self._lately() if blocked > 0.0 else NOWHERE
+        return self._steering.choose(pose, self._velocity, around, live, plan, blocked, task.told, trail)
+
+    def _lately(self) -> Array:
+        """Return where the robot was lately (robot's frame), as an array (number, 3)."""
         assert self._last is not None
         x, y, heading = np.array(self._trail).T
-        trail = np.column_stack((*into(self._last.odometry, x, y), heading - self._last.odometry.heading))
-        return self._steering.choose(pose, self._velocity, around, live, plan, blocked, task.told, trail)
+        return np.column_stack((*into(self._last.odometry, x, y), heading - self._last.odometry.heading))
 
     def _reckoned(self) -> Optional[Pose]:
         """Return where the robot should be by the wheels since it was sure; None if it never was."""
