@@ -146,9 +146,9 @@ class ObstacleNumbers:
 class SteeringNumbers:
     """Numbers of `driving`."""
 
-    acceleration: float = parameter(0.5, Number(0.05, 5), "acceleration that is asked of the robot", "m/s^2")
+    acceleration: float = parameter(0.7, Number(0.05, 5), "acceleration that is asked of the robot", "m/s^2")
     braking: float = parameter(0.8, Number(0.05, 5), "deceleration that is asked of the robot", "m/s^2")
-    turn_acceleration: float = parameter(3.0, Number(0.1, 20), "angular acceleration and deceleration", "rad/s^2")
+    turn_acceleration: float = parameter(4.0, Number(0.1, 20), "angular acceleration and deceleration", "rad/s^2")
     margin: float = parameter(0.035, Number(0, 0.3), "distance that the outline keeps from everything", "m")
     margin_walking: float = parameter(0.1, Number(0, 0.5), "the same from what may walk", "m")
     reaction: float = parameter(0.45, Number(0, 2), "time from an obstacle to its echo, and to the brakes", "s")

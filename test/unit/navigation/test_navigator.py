@@ -41,7 +41,7 @@ class Run:
         self.decision = self.navigator.step(
             sensing or self.sensing(), where or Spot(self.pose), ready, self.time)
         x, y, heading = self.pose
-        (linear, angular), self.velocity = self.velocity, self.faster()
+        (linear, angular), self.velocity = self.velocity, STOP if ready.stalled else self.faster()
         middle = heading + 0.05 * angular
         self.pose = Pose(x + 0.1 * linear * math.cos(middle), y + 0.1 * linear * math.sin(middle),
                          wrapped(heading + 0.1 * angular))
@@ -309,13 +309,14 @@ def test_it_stops_when_it_does_not_know_where_it_is(where):
 
 def test_it_looks_around_where_there_is_room_and_never_drives_while_unsure():
     run = Run(start=Pose(3.0, 2.0, 0.0)).driving((1.0, 1.0, None))
-    turned, pose = 0.0, run.pose
+    turned, places = 0.0, []
     for _ in range(55):
         run.step(where=lost())
         assert run.decision.twist.linear == 0.0
         turned += abs(run.decision.twist.angular) * 0.1
+        places.append(run.pose)
     assert turned > 1.0 and "nothing fits" in run.decision.reason
-    assert math.hypot(run.pose.x - pose.x, run.pose.y - pose.y) < 0.03
+    assert math.hypot(run.pose.x - places[10].x, run.pose.y - places[10].y) < 0.01
     assert run.until(State.REACHED, State.FAILED).state is State.REACHED
 
 
@@ -332,7 +333,7 @@ def test_it_looks_around_at_once_to_where_its_way_begins_and_there_to_and_fro(si
 
 
 @pytest.mark.parametrize("posts, seconds, turns", [
-    ([(3.0, 2.34)], 4.0, False), ([(3.0, 2.34)], 14.0, True), ([(3.0, 2.5)], 4.0, True), ([], 4.0, True)])
+    ([(3.07, 2.34)], 4.0, False), ([(3.07, 2.34)], 14.0, True), ([(3.07, 2.5)], 4.0, True), ([], 4.0, True)])
 def test_it_does_not_look_around_beside_who_has_just_come_and_may_go_on(posts, seconds, turns):
     run = Run(subtype="amigo-sh", start=Pose(3.0, 2.0, 0.0))
     run.navigator = Navigator(run.walls, run.chassis)
@@ -340,7 +341,7 @@ def test_it_does_not_look_around_beside_who_has_just_come_and_may_go_on(posts, s
     run.pose, run.velocity, run.posts = Pose(3.0, 2.0, 0.0), STOP, posts
     run.step()
     turned = [run.step(where=lost()).twist.angular != 0.0 for _ in range(round(10.0 * seconds))]
-    assert any(turned[10:]) == turns
+    assert any(turned) == turns
 
 
 def test_it_looks_around_also_in_a_corridor():
@@ -424,7 +425,8 @@ def test_the_plan_leads_from_the_robot_to_the_goal():
 
 
 def test_the_accelerations_that_it_needs():
-    assert Run().navigator.acceleration_wanted.braking >= 0.8
+    linear, braking, angular = Run().navigator.acceleration_wanted
+    assert braking >= 0.8 and 0.7 <= linear <= braking and angular >= 4.0
 
 
 def test_the_same_run_twice_is_the_same():
