@@ -28,6 +28,7 @@ _NEAR = 1.8     # m: farther faces of walls cannot end a move
 _TRAIL, _TRAIL_STEP = 40, 0.015     # poses; m, rad
 _STANDS = 0.05      # m/s: a slower robot stands, and may look around
 _LOOKS_ASIDE = 0.5      # rad: so far it looks around to both sides of its way
+_LOOKS_AHEAD = 5.0      # s: so long it does, then all round
 _GIVING_WAY = "giving way: something that is on no map is near, and may walk"
 _LOST = "the robot does not know where it is"
 _GOING_ROUND = "going round what is on no map"
@@ -313,7 +314,7 @@ class Navigator:
         around = self._around(self._reckoned(), now)
         if (abs(self._velocity.linear) < _STANDS and numbers.unsure_turn > 0.0 and around.apart >= numbers.give_way
                 and not self._somebody_beside(self._reckoned(), now)):
-            rate = math.copysign(min(numbers.unsure_turn, self._chassis.max_angular), self._side(task, where))
+            rate = math.copysign(min(numbers.unsure_turn, self._chassis.max_angular), self._side(task, where, now))
             turns = [each for each in (rate, -rate) if self._steering.may_turn(each, self._velocity, around)]
             twist = Twist(0.0, turns[0]) if turns else STOP
         task.told = twist
@@ -334,12 +335,14 @@ class Navigator:
         walls = self._obstacles.explained(*out_of(pose, x, y), np.hypot(x, y))
         return bool((distance_outside(self._chassis.outline, x, y)[~walls] < numbers.navigator.give_way).any())
 
-    def _side(self, task: _Task, where: Optional[Whereabouts]) -> float:
+    def _side(self, task: _Task, where: Optional[Whereabouts], now: float) -> float:
         """Return a positive number to look around to the left, a negative one to the right.
 
-        It turns to where its way probably begins, and there to and fro: so it can drive off as soon as it is sure.
+        First it turns to where its way probably begins, and there to and fro: so it can drive off as soon as it is
+        sure. If that does not tell it where it is, it turns round and round.
         """
-        if where is None or not all(map(math.isfinite, where.pose)):
+        begun = now if task.waits_since is None or task.waits_for != _LOST else task.waits_since
+        if where is None or not all(map(math.isfinite, where.pose)) or now - begun > _LOOKS_AHEAD and task.told.angular:
             return task.told.angular
         if task.by_map is None:
             task.by_map = self._floor.to(task.goal[:2])
