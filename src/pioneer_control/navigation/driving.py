@@ -11,7 +11,7 @@ from typing import Any, Iterable, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from ..floor_poses import Pose, wrapped
+from ..floor_poses import Pose, compose, wrapped
 from .chassis import Chassis, Moves, after
 from .frames import into, wrapped_angles
 from .planning import RoutePlan
@@ -25,8 +25,10 @@ _SHARES = (0.15, 0.35, 0.6, 0.8, 1.0)   # of the greatest speed forward
 _SHARES_BACK = (0.4, 1.0)
 _SHARES_TURN = (0.15, 0.4, 1.0)
 _STEP = 0.1     # s
+_ROLLS = 0.1            # m/s: a faster robot needs some way until it stands
 _BARE = 0.01                            # m: distance that slow moves keep where there is no other way
 _SLOW = 0.1, 0.5                        # m/s, rad/s: the fastest of them
+_HALF = 0.05            # s: half the time from one packet to the next
 _AHEAD = (0.08, 0.16, 0.24)             # m, rad: poses of a move that are compared with where the robot was
 _SAME = 0.03, 0.06                      # m, rad: so near to such a pose it was there
 NOWHERE = np.zeros((0, 3))
@@ -121,12 +123,12 @@ class Steering:
         distance = math.hypot(along, aside)
         doing = "at the goal, turning to its heading" if turn_only else "finishing, straight to the goal"
         if turn_only:
-            wanted = self._turn_by(wrapped(goal.heading - pose.heading))
+            wanted = self._turn_by(wrapped(goal.heading - pose.heading), velocity)
         else:
             back = along < 0.0 and distance < 0.25
             off = math.atan2(-aside, -along) if back else math.atan2(aside, along)
             if abs(off) > 0.5:
-                wanted = self._turn_by(off)
+                wanted = self._turn_by(off, velocity)
             else:
                 top = tuned.backward if back else self._chassis.max_linear
                 speed = min(top, math.sqrt(2.0 * 0.6 * tuned.braking * distance),
@@ -145,16 +147,36 @@ class Steering:
         turns = (self._linear == 0.0) & (self._angular * rate > 0.0) & (np.abs(self._angular) >= abs(rate) - 1e-6)
         return bool(allowed[turns & (np.abs(self._angular) == np.abs(self._angular[turns]).min(initial=9.0))].any())
 
-    def _turn_by(self, angle: float) -> Twist:
+    def stands_at(self, pose: Pose, velocity: Twist, told: Twist) -> Pose:
+        """Return where the robot stands (map frame) if it is told to stop now.
+
+        Args:
+            pose: where it is (map frame).
+            velocity: its mean velocity since the packet before.
+            told: what it was told at that packet. It is nearer to it by now.
+        """
         tuned = self._tuned
-        rate = min(self._chassis.max_angular, math.sqrt(2.0 * 0.4 * tuned.turn_acceleration * abs(angle)),
-                   max(0.06, 2.0 * abs(angle)))
-        return Twist(0.0, math.copysign(rate, angle))
+        linear = velocity.linear + float(_within(told.linear - velocity.linear, tuned.braking * _HALF))
+        angular = velocity.angular + float(_within(told.angular - velocity.angular, tuned.turn_acceleration * _HALF))
+        return compose(pose, Pose(linear * tuned.answered + linear * abs(linear) / (2.0 * tuned.braking), 0.0,
+                                  angular * tuned.answered + angular * abs(angular) / (2.0 * tuned.turn_acceleration)))
+
+    def _turn_by(self, angle: float, velocity: Twist) -> Twist:
+        """Return the turn by an angle (rad) that brakes in time."""
+        tuned = self._tuned
+        left = angle - velocity.angular * tuned.answered
+        rate = min(self._chassis.max_angular, max(tuned.final_turn_slowest, min(
+            tuned.final_turn_gain * abs(left),
+            math.sqrt(2.0 * tuned.final_turn_braking * tuned.turn_acceleration * abs(left)))))
+        return Twist(0.0, math.copysign(rate, left))
 
     def _held_back(self, wanted: Twist, velocity: Twist, around: Around, live: Iterable[int],
                    doing: str) -> SteeringChoice:
         """Return a wanted velocity if a candidate much like it is allowed; if not, the one most like it, or a stop."""
         allowed = self._allowed(velocity, around, live)
+        if wanted.linear == 0.0 and velocity.linear > _ROLLS:   # it turns where it comes to stand, too
+            way = velocity.linear * (1.0 + velocity.linear / (2.0 * self._tuned.braking * self._tuned.delay))
+            allowed &= self._allowed(Twist(way, velocity.angular), around, live)
         unlike = np.abs(self._linear - wanted.linear) * 3.0 + np.abs(self._angular - wanted.angular)
         unlike[~allowed] = np.inf
         same = (np.sign(self._linear) == np.sign(wanted.linear)) & (
@@ -162,6 +184,8 @@ class Steering:
         unlike[~same] = np.inf
         best = int(np.argmin(unlike))
         if not np.isfinite(unlike[best]):
+            if velocity.linear > _ROLLS:
+                return SteeringChoice(STOP, doing)
             return SteeringChoice(STOP, "something is in the way at the goal", True)
         # As wanted where the candidate is at least as fast, so that the last centimetres are driven smoothly.
         if abs(self._linear[best]) >= abs(wanted.linear) - 0.05 and abs(self._angular[best] - wanted.angular) < 0.3:

@@ -19,7 +19,8 @@ def out_of(frame: Pose, x: Array, y: Array) -> Tuple[Array, Array]:
 def into(frame: Pose, x: Array, y: Array) -> Tuple[Array, Array]:
     """Transform points of the frame that `frame` is given in, so that they are relative to `frame`."""
     cosine, sine = math.cos(frame.heading), math.sin(frame.heading)
-    return (x - frame.x) * cosine + (y - frame.y) * sine, (y - frame.y) * cosine - (x - frame.x) * sine
+    x, y = x - frame.x, y - frame.y
+    return x * cosine + y * sine, y * cosine - x * sine
 
 
 def wrapped_angles(angles: Array) -> Array:

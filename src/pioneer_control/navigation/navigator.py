@@ -15,7 +15,7 @@ import numpy as np
 from ..floor_poses import Pose, compose, relative, wrapped
 from ..maps.grid_map import GridMap
 from .chassis import Chassis, distance_outside
-from .driving import STOP, Around, SteeringChoice, Steering
+from .driving import NOWHERE, STOP, Around, SteeringChoice, Steering
 from .frames import into, out_of
 from .lateness import Lateness
 from .obstacles import Obstacles, cells_near, edge_cells
@@ -26,7 +26,9 @@ from .values import Sensing, Twist
 Array = Any     # of numpy
 _NEAR = 1.8     # m: farther faces of walls cannot end a move
 _TRAIL, _TRAIL_STEP = 40, 0.015     # poses; m, rad
-_STANDS_AFTER = 0.5     # s: then a robot that was stopped stands, and may look around
+_STANDS = 0.05      # m/s: a slower robot stands, and may look around
+_LOOKS_ASIDE = 0.5      # rad: so far it looks around to both sides of its way
+_LOOKS_AHEAD = 5.0      # s: so long it does, then all round
 _GIVING_WAY = "giving way: something that is on no map is near, and may walk"
 _LOST = "the robot does not know where it is"
 _GOING_ROUND = "going round what is on no map"
@@ -316,14 +318,44 @@ class Navigator:
         task.planned, task.at_goal = -math.inf, False
         reason = _LOST if where is None or not where.reason else "%s: %s" % (_LOST, where.reason)
         twist = STOP
-        waits = task.waits_for == _LOST and task.waits_since is not None and now - task.waits_since > _STANDS_AFTER
         around = self._around(self._reckoned(), now)
-        if waits and numbers.unsure_turn > 0.0 and around.apart >= numbers.give_way:
-            rate = math.copysign(min(numbers.unsure_turn, self._chassis.max_angular), task.told.angular)
+        if (abs(self._velocity.linear) < _STANDS and numbers.unsure_turn > 0.0 and around.apart >= numbers.give_way
+                and not self._somebody_beside(self._reckoned(), now)):
+            rate = math.copysign(min(numbers.unsure_turn, self._chassis.max_angular), self._side(task, where, now))
             turns = [each for each in (rate, -rate) if self._steering.may_turn(each, self._velocity, around)]
             twist = Twist(0.0, turns[0]) if turns else STOP
         task.told = twist
         return self._wait(task, _LOST, Decision(twist, State.WAITING, reason), now)
+
+    def _somebody_beside(self, pose: Optional[Pose], now: float) -> bool:
+        """Return whether something is beside the robot that came lately, and is no wall if the robot is at a pose.
+
+        Somebody who waits until it is gone may stand still for some seconds, and walk when it begins to turn.
+        """
+        if pose is None:
+            return False
+        numbers, places = self._numbers, self._obstacles.heard()
+        assert self._last is not None
+        places = places.chosen(~places.mapped & (now - places.time < numbers.obstacles.young)
+                               & (now - places.since < numbers.navigator.unsure_beside))
+        x, y = into(self._last.odometry, places.x, places.y)
+        walls = self._obstacles.explained(*out_of(pose, x, y), np.hypot(x, y))
+        return bool((distance_outside(self._chassis.outline, x, y)[~walls] < numbers.navigator.give_way).any())
+
+    def _side(self, task: _Task, where: Optional[Whereabouts], now: float) -> float:
+        """Return a positive number to look around to the left, a negative one to the right.
+
+        First it turns to where its way probably begins, and there to and fro: so it can drive off as soon as it is
+        sure. If that does not tell it where it is, it turns round and round.
+        """
+        begun = now if task.waits_since is None or task.waits_for != _LOST else task.waits_since
+        if where is None or not all(map(math.isfinite, where.pose)) or now - begun > _LOOKS_AHEAD and task.told.angular:
+            return task.told.angular
+        if task.by_map is None:
+            task.by_map = self._floor.to(task.goal[:2])
+        x, y, heading = where.pose
+        off = wrapped(float(task.by_map.heading(np.array(x), np.array(y))) - heading)
+        return off if abs(off) > _LOOKS_ASIDE or not task.told.angular else task.told.angular
 
     def _drive(self, task: _Task, pose: Pose, now: float) -> Decision:
         numbers = self._numbers
@@ -401,10 +433,11 @@ class Navigator:
         numbers, goal, plan = self._numbers.steering, task.goal, task.plan
         assert plan is not None
         distance = _apart(goal, pose)
+        stands_at = self._steering.stands_at(pose, self._velocity, task.told)
         near = numbers.arrived_at_last if now - task.progress > self._numbers.navigator.slow else numbers.arrived
-        task.at_goal = distance < (2.5 * numbers.arrived + 0.03 if task.at_goal else near)
+        task.at_goal = _apart(goal, stands_at) < (2.5 * numbers.arrived + 0.03 if task.at_goal else near)
         if task.at_goal:
-            off = abs(wrapped(goal.heading - pose.heading)) if task.with_heading else 0.0
+            off = abs(wrapped(goal.heading - stands_at.heading)) if task.with_heading else 0.0
             if off < numbers.arrived_heading:
                 still = abs(self._velocity.linear) < 0.03 and abs(self._velocity.angular) < 0.05
                 return None if still else SteeringChoice(STOP, "at the goal, stopping")
@@ -415,10 +448,14 @@ class Navigator:
                 return choice
         blocked = max(0.0 if task.blocked_since is None else now - task.blocked_since,
                       now - task.progress - self._numbers.navigator.slow)
+        trail = self._lately() if blocked > 0.0 else NOWHERE
+        return self._steering.choose(pose, self._velocity, around, live, plan, blocked, task.told, trail)
+
+    def _lately(self) -> Array:
+        """Return where the robot was lately (robot's frame), as an array (number, 3)."""
         assert self._last is not None
         x, y, heading = np.array(self._trail).T
-        trail = np.column_stack((*into(self._last.odometry, x, y), heading - self._last.odometry.heading))
-        return self._steering.choose(pose, self._velocity, around, live, plan, blocked, task.told, trail)
+        return np.column_stack((*into(self._last.odometry, x, y), heading - self._last.odometry.heading))
 
     def _reckoned(self) -> Optional[Pose]:
         """Return where the robot should be by the wheels since it was sure; None if it never was."""

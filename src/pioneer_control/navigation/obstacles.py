@@ -8,9 +8,8 @@ echo and is still there.
 Places are kept in the frame of odometry, so that they stay right when the robot's pose on the map is corrected.
 """
 
-import collections
 import math
-from typing import Any, Deque, Dict, List, NamedTuple, Optional, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -62,7 +61,7 @@ class _Echo(NamedTuple):
 
 def _columns(echoes: List[_Echo]) -> Array:
     """Return the fields of echoes, each as a column with a row for each echo."""
-    return np.array(echoes).T[:, :, np.newaxis]
+    return np.array(echoes).reshape(-1, 5).T[:, :, np.newaxis]
 
 
 class Obstacles:
@@ -81,7 +80,7 @@ class Obstacles:
         self._map, self._clearance, self._tuned = grid_map, clearance, tuned
         self._before: Optional[Sensing] = None
         self._fired: Dict[int, float] = {}
-        self._free: Deque[_Echo] = collections.deque(maxlen=_FIRINGS_KEPT)
+        self._free = _columns([])       # of the last echoes
         self.forget()
 
     def use_map(self, grid_map: GridMap, clearance: Array) -> None:
@@ -90,7 +89,7 @@ class Obstacles:
 
     def forget(self) -> None:
         """Forget all echoes."""
-        self._free.clear()
+        self._free = _columns([])
         none = np.zeros(0)
         self._places = Places(none, none, none, np.zeros(0, dtype=bool), none, none, none, none)
         self._passed = np.zeros(0, dtype=int)
@@ -112,6 +111,14 @@ class Obstacles:
                   np.full(len(places_x), time + self._tuned.felt))
         self._passed[len(self._passed) - len(places_x):] = _NEVER
 
+    def explained(self, x: Array, y: Array, far: Array) -> Array:
+        """Return which places (m, map frame) are so near to a wall of the map that an echo from this far (m) is its."""
+        row, column = self._map.cell(x, y)
+        rows, columns = self._clearance.shape
+        inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+        room = np.where(inside, self._clearance[np.where(inside, row, 0), np.where(inside, column, 0)], 0.0)
+        return room < self._tuned.explained + self._tuned.explained_share * far
+
     def hear(self, sensing: Sensing, where: Optional[Pose]) -> None:
         """Take in the firings of one packet.
 
@@ -131,22 +138,19 @@ class Obstacles:
                     heard.append(_Echo(*eye, firing.range, firing.time))
         self._before = sensing
         if heard:
-            self._see_through(heard)
-            self._free.extend(heard)
-            near = [echo for echo in heard if echo.range < self._tuned.heard_to]
-            if near:
-                self._hear_near(sensing, near, where)
+            echoes = _columns(heard)
+            self._see_through(echoes)
+            self._free = np.concatenate((self._free, echoes), axis=1)[:, -_FIRINGS_KEPT:]
+            near = echoes[3, :, 0] < self._tuned.heard_to
+            if near.any():
+                self._hear_near(sensing, echoes[:, near], where)
 
-    def _hear_near(self, sensing: Sensing, echoes: List[_Echo], where: Optional[Pose]) -> None:
-        eye_x, eye_y, heading, far, time = _columns(echoes)
+    def _hear_near(self, sensing: Sensing, echoes: Array, where: Optional[Pose]) -> None:
+        eye_x, eye_y, heading, far, time = echoes
         x, y = eye_x + far * np.cos(heading + _ACROSS), eye_y + far * np.sin(heading + _ACROSS)
         explained = np.zeros(x.shape, dtype=bool)
         if where is not None:
-            row, column = self._map.cell(*out_of(where, *into(sensing.odometry, x, y)))
-            rows, columns = self._clearance.shape
-            inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-            room = np.where(inside, self._clearance[np.where(inside, row, 0), np.where(inside, column, 0)], 0.0)
-            explained = room < self._tuned.explained + self._tuned.explained_share * far
+            explained = self.explained(*out_of(where, *into(sensing.odometry, x, y)), far)
         by_map = explained.any(axis=1, keepdims=True)
         kept = np.where(np.abs(_ACROSS) < 0.4 * HALF_CONE, self._tuned.kept, self._tuned.kept_aside)
         until = time + np.where(by_map, self._tuned.kept_known, kept)
@@ -158,11 +162,11 @@ class Obstacles:
 
     def _seen_free(self, x: Array, y: Array) -> Array:
         """Return which places the last echoes have passed: the part of an arc that is left has the obstacle."""
-        return self._passing(list(self._free), x.ravel(), y.ravel()).any(axis=0).reshape(x.shape)
+        return self._passing(self._free, x.ravel(), y.ravel()).any(axis=0).reshape(x.shape)
 
-    def _passing(self, echoes: List[_Echo], x: Array, y: Array) -> Array:
+    def _passing(self, echoes: Array, x: Array, y: Array) -> Array:
         """Return which echoes have passed which places: an array of bools with a row for each echo."""
-        eye_x, eye_y, heading, far, _ = _columns(echoes)
+        eye_x, eye_y, heading, far, _ = echoes
         cosine, sine, dx, dy = np.cos(heading), np.sin(heading), x - eye_x, y - eye_y
         along, aside = dx * cosine + dy * sine, np.abs(dy * cosine - dx * sine)
         return (aside < along * math.tan(_THROUGH)) & (
@@ -191,7 +195,7 @@ class Obstacles:
         return (np.where(known, since[row, oldest], time), np.where(known, old.from_x[oldest], x),
                 np.where(known, old.from_y[oldest], y))
 
-    def _see_through(self, echoes: List[_Echo]) -> None:
+    def _see_through(self, echoes: Array) -> None:
         """Note which places echoes from farther away have passed, and forget those that were passed often enough."""
         passed = self._passing(echoes, self._places.x, self._places.y).sum(axis=0)
         if passed.any():
@@ -231,5 +235,6 @@ def cells_near(grid_map: GridMap, edges: Array, pose: Pose, reach: float) -> Tup
     (low_row, low_column), (high_row, high_column) = (
         [int(each) for each in grid_map.cell(pose.x + side * reach, pose.y + side * reach)] for side in (-1.0, 1.0))
     low_row, low_column = max(0, low_row), max(0, low_column)
-    row, column = np.nonzero(edges[low_row:max(0, high_row + 1), low_column:max(0, high_column + 1)])
+    window = edges[low_row:max(0, high_row + 1), low_column:max(0, high_column + 1)]
+    row, column = np.divmod(np.flatnonzero(window), max(1, window.shape[1]))    # far quicker than np.nonzero
     return into(pose, *grid_map.middle(row + low_row, column + low_column))

@@ -150,9 +150,9 @@ class ObstacleNumbers:
 class SteeringNumbers:
     """Numbers of `driving`."""
 
-    acceleration: float = parameter(0.5, Number(0.05, 5), "acceleration that is asked of the robot", "m/s^2")
+    acceleration: float = parameter(0.7, Number(0.05, 5), "acceleration that is asked of the robot", "m/s^2")
     braking: float = parameter(0.8, Number(0.05, 5), "deceleration that is asked of the robot", "m/s^2")
-    turn_acceleration: float = parameter(3.0, Number(0.1, 20), "angular acceleration and deceleration", "rad/s^2")
+    turn_acceleration: float = parameter(4.0, Number(0.1, 20), "angular acceleration and deceleration", "rad/s^2")
     margin: float = parameter(0.035, Number(0, 0.3), "distance that the outline keeps from everything", "m")
     margin_walking: float = parameter(0.1, Number(0, 0.5), "the same from what may walk", "m")
     reaction: float = parameter(0.45, Number(0, 2), "time from an obstacle to its echo, and to the brakes", "s")
@@ -180,6 +180,12 @@ class SteeringNumbers:
         0.1, Number(0.005, 0.5), "distance from the goal that is good enough where it has no way on for a while", "m")
     arrived_heading: float = parameter(0.03, Number(0.005, 0.5), "heading off the goal's that is good enough", "rad")
     final_gain: float = parameter(2.0, Number(0.1, 5), "its speed there for each metre that is left", "1/s")
+    final_turn_gain: float = parameter(5.0, Number(0.1, 20), "its turn rate there for each radian that is left", "1/s")
+    final_turn_slowest: float = parameter(0.12, Number(0.01, 1), "its least turn rate there", "rad/s")
+    final_turn_braking: float = parameter(0.7, Number(0.1, 1), "share of its angular deceleration that it uses there")
+    answered: float = parameter(
+        0.08, Number(0, 1), "time from a packet to the effect of its answer, by which it tells where it comes to stand",
+        "s")
     final: float = parameter(0.6, Number(0.1, 2), "distance from which the robot aims at the goal itself", "m")
 
 
@@ -194,6 +200,8 @@ class NavigatorNumbers:
     stale: float = parameter(0.5, Number(0.1, 5), "what the robot senses is too old after this time", "s")
     silent: float = parameter(1.0, Number(0.2, 10), "a transducer that has not fired for this time does not look", "s")
     unsure_turn: float = parameter(0.4, Number(0, 2), "turn rate with which it looks around when unsure", "rad/s")
+    unsure_beside: float = parameter(
+        10.0, Number(0, 600), "it does not look around beside what is no wall and came a shorter time ago", "s")
     patience: float = parameter(60.0, Number(1, 3600), "time without progress after which it gives up", "s")
     wait: float = parameter(120.0, Number(1, 3600), "time that it waits for one reason before it gives up", "s")
     slow: float = parameter(5.0, Number(0.1, 600), "time without progress that counts as having no way", "s")

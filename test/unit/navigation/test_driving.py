@@ -170,6 +170,38 @@ def test_at_the_goal_it_turns_to_its_heading(heading):
     assert twist.linear == 0.0 and twist.angular * heading > 0.0
 
 
+@pytest.mark.parametrize("turn", [0.5, -1.5, 3.0])
+def test_the_turn_to_a_heading_takes_not_much_longer_than_it_must_and_ends_in_it(turn):
+    """By a robot that does what it is told 0.1 s late."""
+    pose, velocity, told, time = Pose(1.5, 2.0, 0.0), STOP, STOP, 0.0
+    faster = 0.1 * SteeringNumbers().turn_acceleration
+    while True:
+        off = turn - STEERING.stands_at(pose, velocity, told).heading
+        if abs(off) < 0.03 and abs(velocity.angular) < 0.05:
+            break
+        told = STOP if abs(off) < 0.03 else STEERING.finish(
+            pose, velocity, around(), ALL, Pose(1.5, 2.0, turn), True).twist
+        rate = velocity.angular + min(max(told.angular - velocity.angular, -faster), faster)
+        pose = pose._replace(heading=pose.heading + 0.1 * velocity.angular)
+        velocity, time = Twist(0.0, rate), time + 0.1
+    assert abs(pose.heading - turn) < 0.05 and time < abs(turn) / 1.2 + 0.12 / faster + 0.55
+
+
+def test_a_robot_that_still_rolls_does_not_turn_where_it_would_touch_as_it_stands():
+    steering = Steering(chassis_of("p3at-sh"), SteeringNumbers())
+    beside, goal = around([(-0.12, 0.31)]), Pose(1.6, 2.0, -1.5)    # beside the tail, where it comes to stand
+    rolling = steering.finish(HERE, Twist(0.3, 0.0), beside, ALL, goal, True)
+    assert rolling.twist == STOP and not rolling.blocked
+    assert steering.finish(HERE, Twist(0.3, 0.0), around(), ALL, goal, True).twist.angular < -0.5
+
+
+def test_it_tells_where_it_comes_to_stand():
+    assert STEERING.stands_at(HERE, STOP, STOP) == HERE
+    x, _, heading = STEERING.stands_at(HERE, Twist(0.4, 1.2), Twist(0.4, 1.2))
+    assert 0.1 < x - HERE.x < 0.2 and 0.24 < heading < 0.5
+    assert STEERING.stands_at(HERE, Twist(0.4, 0.0), STOP).x < x, "it brakes already"
+
+
 def test_at_the_goal_it_does_not_turn_into_what_is_near():
     beside = around([(-0.1, -0.25), (-0.2, -0.25)])
     choice = finish(Pose(1.5, 2.0, 1.5), what=beside, turn_only=True)
