@@ -179,7 +179,8 @@ def distance_outside(outline: Tuple[Point, ...], x: Array, y: Array) -> Array:
 @functools.lru_cache(maxsize=16)
 def _hull(outline: Tuple[Point, ...]) -> Tuple[Point, ...]:
     """Return the corners of the convex hull, counter-clockwise."""
-    return tuple(outline[corner] for corner in ConvexHull(outline).vertices.tolist())
+    corners: List[int] = ConvexHull(outline).vertices.tolist()
+    return tuple(outline[corner] for corner in corners)
 
 
 @functools.lru_cache(maxsize=256)
