@@ -145,7 +145,8 @@ class Navigator:
         self._last: Optional[Sensing] = None
         self._velocity = STOP
         self._lateness, self._late = Lateness(), 0.0    # s, how much later than usual it may react now
-        self._place: Optional[Pose] = None              # where it was sure to be last
+        self._here: Optional[Point] = None              # m, map frame; None while it is not sure
+        self._place: Optional[Pose] = None              # where it was sure to be last on its way
         self._place_odometry = Pose(0.0, 0.0, 0.0)      # its odometry there
         self._stalled = -math.inf       # s, when a wheel last stalled
         self._trail: Deque[Pose] = deque(maxlen=_TRAIL)     # odometry where it was lately
@@ -193,19 +194,27 @@ class Navigator:
             now: the time (s).
 
         Returns:
-            Why the goal is refused, for people; then the robot stands. Empty when it is accepted.
+            Why the goal is refused, for people; then an earlier goal stays. Empty when it is accepted.
         """
-        self.cancel()
-        if heading is not None and not math.isfinite(heading):
-            refusal = "the heading %g of the goal is not finite: give a number in radians" % heading
-        else:
-            start = (x, y) if self._place is None else (self._place.x, self._place.y)
-            refusal = self._floor.refusal(start, (x, y))
-        if refusal:
-            self._ended = Decision(STOP, State.FAILED, refusal)
-        else:
+        refusal = self._refusal(x, y, heading)
+        if not refusal:
             self._task = _Task(Pose(x, y, heading or 0.0), heading is not None, now)
+        elif self._task is None:
+            self._ended = Decision(STOP, State.FAILED, refusal)
         return refusal
+
+    def _refusal(self, x: float, y: float, heading: Optional[float]) -> str:
+        """Return why a goal (m, rad; map frame) is refused, for people. Empty when it is not."""
+        if heading is not None and not math.isfinite(heading):
+            return "the heading %g of the goal is not finite: give a number in radians" % heading
+        refusal = self._floor.refusal(self._here or (x, y), (x, y))
+        if refusal or heading is None or self._through_unknown:
+            return refusal
+        walls = cells_near(self._map, self._edges, Pose(x, y, heading), _NEAR)
+        least = distance_outside(self._chassis.outline, *walls).min(initial=math.inf)
+        return "" if least > self._numbers.steering.margin else (
+            "at the goal (%.2f, %.2f) a wall is in the way of a heading of %.2f rad: the robot does not fit" % (
+                x, y, heading))
 
     def cancel(self) -> None:
         """Drop the goal. The robot stops."""
@@ -228,6 +237,7 @@ class Navigator:
                 anything.
         """
         sure = where is not None and where.sure and all(map(math.isfinite, where.pose))
+        self._here = where.pose[:2] if where is not None and sure else None
         self._sense(sensing, where.pose if where is not None and sure else None, now)
         if readiness.stalled:
             self._feel_stall(now)
@@ -248,6 +258,7 @@ class Navigator:
             refusal = self._floor.refusal(where.pose[:2], task.goal[:2])
             if refusal:
                 return self._end(State.FAILED, refusal)
+        task.waits_since = None
         return self._drive(task, where.pose, now)
 
     def _sense(self, sensing: Optional[Sensing], pose: Optional[Pose], now: float) -> None:
@@ -386,7 +397,6 @@ class Navigator:
             task.blocked_since = task.blocked_at = None
         task.told = choice.twist
         if not choice.blocked:
-            task.waits_since = None
             return Decision(choice.twist, State.DRIVING, self._doing(task, choice.reason))
         if task.blocked_since is None:
             task.blocked_since, task.blocked_at = now, pose

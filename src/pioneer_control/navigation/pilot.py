@@ -217,9 +217,11 @@ class Pilot:
         self._knows.start_anywhere()
 
     def go_to(self, goal: Pose) -> str:
-        """Send the robot to a goal. Return why it does not go, for people; empty: it goes."""
-        self._explorer, self._chooses = None, False
-        return self._send(goal)
+        """Send the robot to a goal. Return why it does not go, for people: then all stays as it was; empty: it goes."""
+        refusal = self._send(goal)
+        if not refusal:
+            self._explorer, self._chooses = None, False
+        return refusal
 
     def cancel(self) -> None:
         """The goal counts no more; the robot stands."""
@@ -227,19 +229,28 @@ class Pilot:
         self._navigator.cancel()
 
     def explore(self, on: bool) -> str:
-        """Begin to explore, or end. Return why not, for people; empty: it does."""
-        self.cancel()
+        """Begin to explore, or end. Return why not, for people: then all stays as it was; empty: it does."""
         if not on:
+            if self._explorer is not None:
+                self.cancel()
             return ""
         if not self.makes_map:
             return "there is a map: exploring makes one, so start navigation without a map"
         if self.step.where is None:
             return self.step.reason
+        if self._explorer is not None:
+            return ""       # home stays where it began
+        self.cancel()
         side, planning = self._chassis.half_width, self._numbers.planning
         self._explorer = Explorer(self.step.where.pose, side + planning.keep, self._numbers.exploring,
                                   side + planning.squeeze)
         self._explore_from, self._home_tries = self.step.time + LISTENS, 0
         return ""
+
+    @property
+    def explores(self) -> bool:
+        """Whether it explores."""
+        return self._explorer is not None
 
     def finish(self) -> None:
         """Make the best of a map that was made, before it is saved. This takes some seconds."""
@@ -309,6 +320,8 @@ class Pilot:
         if not refusal:
             self._chooses = False
             return Decision(STAND, State.DRIVING, "exploring: %s" % chosen.reason)
+        self._navigator.cancel()
+        self._goal = None
         self._refusals += 1
         if explorer.homeward or self._refusals == MOST_REFUSALS:
             self._explorer, self._chooses = None, False
@@ -331,5 +344,6 @@ class Pilot:
 
     def _send(self, goal: Pose, with_heading: bool = True) -> str:
         refusal = self._navigator.go_to(goal.x, goal.y, goal.heading if with_heading else None, self.step.time)
-        self._goal, self._plans = None if refusal else goal, 2
+        if not refusal:
+            self._goal, self._plans = goal, 2
         return refusal

@@ -192,11 +192,47 @@ def test_a_new_goal_takes_the_place_of_the_old_one():
     ((math.nan, 1.0, None), "not finite"), ((2.0, math.inf, None), "not finite"),
     ((2.0, 2.0, math.nan), "the heading nan of the goal is not finite"),
     ((9.0, 2.0, None), "outside of the map"), ((0.02, 2.0, None), "in a wall"), ((0.2, 2.0, None), "the robot needs")])
-def test_a_goal_is_refused_with_a_reason_and_the_robot_stops(goal, reason):
-    run = Run().driving()
+def test_a_goal_is_refused_with_a_reason_and_an_earlier_one_stays(goal, reason):
+    run = Run()
+    run.step()
     refusal = run.navigator.go_to(*goal, run.time)
     assert reason in refusal
     assert run.step() == (STOP, State.FAILED, refusal)
+    run.driving()
+    assert run.navigator.go_to(*goal, run.time) == refusal
+    assert run.step().state is State.DRIVING
+    assert run.until(State.REACHED, State.FAILED).state is State.REACHED
+
+
+@pytest.mark.parametrize("heading, fits", [(0.0, True), (math.pi, True), (0.5, False), (math.pi / 2, False)])
+def test_a_goal_where_the_robot_does_not_fit_with_its_heading_is_refused(heading, fits):
+    run = Run(start=Pose(3.0, 2.0, 0.0))
+    run.step()
+    refusal = run.navigator.go_to(3.0, 0.32, heading, run.time)      # beside a wall
+    assert (refusal == "") == fits and fits == ("does not fit" not in refusal)
+    assert run.navigator.go_to(3.0, 0.32, None, run.time) == ""
+
+
+def test_what_can_be_reached_is_judged_from_where_the_robot_is_now():
+    cells = room().cells.copy()
+    cells[:, 60] = OCCUPIED
+    run = Run(GridMap(cells, 0.05, (0.0, 0.0))).driving((2.0, 3.0, None))
+    run.until(State.REACHED)
+    run.pose = Pose(4.5, 2.0, 0.0)      # it was carried to the other side, and knows it
+    run.step()
+    assert "cannot be reached" in run.navigator.go_to(2.0, 3.0, None, run.time)
+    assert run.navigator.go_to(5.0, 3.0, None, run.time) == ""
+
+
+def test_each_reason_to_wait_has_its_own_time_also_after_something_stood_in_the_way():
+    run = Run().driving()
+    for _ in range(10):
+        run.step(ready=Readiness(motors=False))
+    run.posts = [(run.pose.x + 0.5 * math.cos(angle), run.pose.y + 0.5 * math.sin(angle))
+                 for angle in np.arange(0.0, 6.2, 0.3)]
+    for _ in range(55):
+        assert run.step().state in (State.WAITING, State.DRIVING)
+    assert run.step(ready=Readiness(motors=False)) == (STOP, State.WAITING, "motor power is off")
 
 
 def test_a_goal_behind_a_wall_is_refused_also_when_it_was_given_before_the_robot_knew_where_it_is():

@@ -112,6 +112,29 @@ def test_cancelled_it_stands(drive):
     assert (step.state, step.twist, step.goal, step.plan) == (State.IDLE, (0.0, 0.0), None, [])
 
 
+def test_what_is_refused_changes_nothing(drive):
+    goal = Pose(5.2, 1.4, 1.0)
+    drive.pilot.go_to(goal)
+    drive.step()
+    assert "in a wall" in drive.pilot.go_to(Pose(0.0, 0.0, 0.0))
+    assert "there is a map" in drive.pilot.explore(True)
+    assert drive.pilot.explore(False) == ""     # it does not explore
+    assert drive.step().goal == goal
+    drive.until(State.REACHED)
+    assert drive.off(goal) < 0.1
+
+
+def test_while_it_explores_a_bad_goal_and_a_second_order_change_nothing_and_an_end_ends_it():
+    drive = Drive(with_map=False)
+    drive.step()
+    assert drive.pilot.explore(True) == "" and drive.pilot.explores
+    drive.until(State.DRIVING)
+    assert "outside" in drive.pilot.go_to(Pose(99.0, 0.0, 0.0))
+    assert drive.pilot.explore(True) == "" and drive.step().state is State.DRIVING and drive.pilot.explores
+    assert drive.pilot.explore(False) == "" and not drive.pilot.explores
+    assert drive.step().state is State.IDLE
+
+
 def test_on_packets_that_are_heard_too_late_it_stands(drive):
     assert drive.pilot.go_to(Pose(5.0, 3.0, 0.0)) == ""
     step = drive.step(Readiness(late=0.7))

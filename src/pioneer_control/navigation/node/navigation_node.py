@@ -206,7 +206,8 @@ class NavigationNode:
         """Send the robot to a goal. Raises RefusedError with the reason when there is no way to it."""
         why_not = self._pilot.go_to(goal)
         if why_not:
-            self._telling.has_said(State.FAILED, why_not)      # who catches this says it
+            if self._pilot.step.goal is None:
+                self._telling.has_said(State.FAILED, why_not)      # the caller logs it
             raise RefusedError(why_not)
         self._goals.on_the_way(PoseStamped(header_of(self._frame, rospy.Time.now()), pose_message(goal)))
         rospy.loginfo("goal: %s%.2f, %.2f", name and name + ", at ", goal.x, goal.y)
@@ -293,10 +294,16 @@ class NavigationNode:
         return self._pilot.grid
 
     def _explore(self, request: Any) -> SetBoolResponse:
-        self._goals.dropped("the robot explores" if request.data else "exploring ends")
-        self._stand()
+        explored = self._pilot.explores
         why_not = self._pilot.explore(request.data)
-        return SetBoolResponse(not why_not, why_not or ("exploring" if request.data else "exploring has ended"))
+        if why_not:
+            return SetBoolResponse(False, why_not)
+        if request.data:
+            self._goals.dropped("the robot explores")
+            return SetBoolResponse(True, "exploring")
+        if explored:
+            self._stand()
+        return SetBoolResponse(True, "exploring has ended" if explored else "the robot does not explore")
 
 
 def chassis_of(info: RobotInfo, parameters: NavigationParameters) -> Chassis:

@@ -41,8 +41,8 @@ class StatusReport:
 
 def late_text(late: float) -> str:
     """Return for people that the robot reacts later (s) than usual."""
-    return ("packets are answered up to %.1f s later than usual: this computer, or the line to the robot, is too slow;"
-            " the robot drives slower near anything" % late)
+    return ("packets were answered up to %.1f s later than usual: this computer or the line is too slow, or the sonar"
+            " was silent; the robot drives slower near anything" % late)
 
 
 def judged(step: PilotStep, tf_trouble: str = "") -> Tuple[int, str]:
