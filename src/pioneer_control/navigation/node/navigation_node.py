@@ -19,7 +19,7 @@ import sys
 import threading
 from dataclasses import replace
 from time import monotonic
-from typing import Any, Callable, List, Optional
+from typing import Any, Callable, List, Optional, Tuple
 
 import rospy
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist, Vector3
@@ -79,6 +79,7 @@ class NavigationNode:
         self._parameters, self._saver = parameters, saver
         self._frame = parameters.global_frame_id
         chassis = chassis_of(info, parameters)
+        self._body, self._ended, self._other_robot = body_of(chassis), threading.Event(), ""
         self._accelerations = rospy.Publisher("accelerations", Accelerations, queue_size=1, tcp_nodelay=True)
         self._velocity = rospy.Publisher("cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
         self._pilot = Pilot(floor, chassis, self._with_own_brakes(numbers), parameters.seed)
@@ -105,8 +106,10 @@ class NavigationNode:
             threading.Event().wait(0.05)
         return numbers
 
-    def run(self) -> None:
-        """Navigate until ROS shuts down. The loop looks whether the robot is silent; it uses real time."""
+    def run(self) -> str:
+        """Navigate until ROS shuts down, or until the driver has another robot. Return why it ended, for people; empty
+        after a shutdown. The loop looks whether the robot is silent; it uses real time.
+        """
         plans = PlanMaker(self._pilot, self._frame, self._in_map, self._here)
         for name, kind, serve in (
                 ("go_to", GoTo, self._go_to), ("static_map", GetMap, self._static_map),
@@ -118,9 +121,9 @@ class NavigationNode:
         rospy.Subscriber("initialpose", PoseWithCovarianceStamped, self._hear_start, queue_size=1)
         self._hearing.start()
         self._goals.start()
-        ended = threading.Event()
-        rospy.on_shutdown(ended.set)
-        while not ended.wait(SILENCE / 2.0):
+        rospy.Subscriber("robot_info", RobotInfo, self._hear_robot, queue_size=1)
+        rospy.on_shutdown(self._ended.set)
+        while not self._ended.wait(SILENCE / 2.0):
             self._look_at_tf()
             with self._lock:
                 self._goals.look()
@@ -129,9 +132,17 @@ class NavigationNode:
                     self._follow(self._without_news(silence))
         with self._lock:
             self._stand()
-            self._goals.dropped("navigation ends")
+            self._goals.dropped(self._other_robot or "navigation ends")
             if self._saver is not None:
                 print(self._saver.save(self._finished_map, self._keeper.places), flush=True)     # rosout has ended
+        return self._other_robot
+
+    def _hear_robot(self, info: RobotInfo) -> None:
+        """End when the driver has another robot: its outline, or where its sonar looks, is not what it was."""
+        if body_of(chassis_of(info, self._parameters)) != self._body:
+            self._other_robot = "the driver has another robot now, %s, a %s: start navigation anew" % (
+                info.name or "without a name", info.subtype)
+            self._ended.set()
 
     def _look_at_tf(self) -> None:
         self._tf_watch.leave_a_crowd()
@@ -315,8 +326,15 @@ def chassis_of(info: RobotInfo, parameters: NavigationParameters) -> Chassis:
                    min(parameters.max_angular, info.max_angular or parameters.max_angular))
 
 
+def body_of(chassis: Chassis) -> Tuple[Any, Any]:
+    """Return what a robot keeps while nobody rebuilds it: its transducers and its outline."""
+    return chassis.transducers, chassis.outline
+
+
 def main() -> int:
-    """Run the node. Return the exit code: 0 after a shutdown, 2 for a wrong parameter or map."""
+    """Run the node. Return the exit code: 0 after a shutdown, 1 when the driver has another robot, 2 for a wrong
+    parameter or map.
+    """
     os.nice(COURTESY)       # before there are other threads: each has its own
     init_node("navigation")
     try:
@@ -337,7 +355,11 @@ def main() -> int:
         return 2
     except rospy.ROSInterruptException:
         return 0
-    node.run()
+    why_ended = node.run()
+    if why_ended:
+        rospy.logfatal(why_ended)
+        rospy.signal_shutdown(why_ended)
+        return 1
     return 0
 
 
