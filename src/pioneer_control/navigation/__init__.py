@@ -22,7 +22,7 @@ How it gets to a goal:
 
 ``navigator``        the front: drives one robot to goals, stands when something is not well, and says why
 ``planning``         the floor that a robot may use, and the way to a goal; ``frames``: points between frames
-``driving``          the next velocity
+``steering``         the next velocity
 ``obstacles``        what was heard lately, and is on no map
 ``lateness``         how much later than usual it reacts: it is slower then
 ``chassis``          the robot: how far its moves go until they touch something, and where its sonar looks
@@ -35,6 +35,10 @@ A map where there is none:
 ``scan_match``       finds where a stretch lies on the map
 ``pose_graph``       moves all stretches to where they agree best
 ``exploring``        where to go next, until all that can be reached is known
+
+In the words of the field: `pose_cloud` is a particle filter, `pose_search` global localisation, `certainty` has a CUSUM
+test, `planning` a navigation function (Dijkstra's), `steering` a dynamic window; `sonar_grid` is an occupancy grid, a
+`stretch` a submap, `pose_graph` closes loops, and an end of the map is a frontier.
 
 Everything here is pure: maps, what the robot sensed, and time go in; poses, maps, plans and velocities come out. There
 is no ROS, no clock and no thread but in the folder ``node``.

@@ -12,9 +12,9 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from ..robots import HALF_CONE, Transducer
+from .values import Point
 
 Array = Any     # of numpy
-Point = Tuple[float, float]
 
 LOOKS = (0.2, 0.35, 0.5, 0.65, 0.8, 1.0, 1.2)
 """How far ahead along a move (m) a transducer may look: what it heard there is remembered when the robot comes."""

@@ -13,8 +13,9 @@ from scipy.sparse.csgraph import dijkstra
 
 from ..floor_poses import Pose, wrapped
 from ..maps import FREE, OCCUPIED, UNKNOWN, GridMap
-from .planning import EIGHT_STEPS, Point, net_of
+from .planning import EIGHT_STEPS, net_of
 from .tuned import ExploringNumbers
+from .values import Point
 
 Array = Any     # of numpy
 

@@ -15,13 +15,13 @@ import numpy as np
 from ..floor_poses import Pose, compose, relative, wrapped
 from ..maps.grid_map import GridMap
 from .chassis import Chassis, distance_outside
-from .driving import NOWHERE, STOP, Around, SteeringChoice, Steering
 from .frames import into, out_of
 from .lateness import Lateness
 from .obstacles import Obstacles, cells_near, edge_cells
-from .planning import DrivableFloor, Point, RoutePlan, length_of
+from .planning import DrivableFloor, RoutePlan, length_of
+from .steering import NOWHERE, Around, SteeringChoice, Steering
 from .tuned import NavigationNumbers
-from .values import Sensing, Twist
+from .values import STOP, Point, Sensing, Twist
 
 Array = Any     # of numpy
 _NEAR = 1.8     # m: farther faces of walls cannot end a move
@@ -104,20 +104,20 @@ class _Task:
         self.goal, self.with_heading = goal, with_heading
         self.at_goal = False
         self.plan: Optional[RoutePlan] = None
-        self.way: List[Point] = []      # m, map frame: from the robot to the goal by this plan
-        self.by_map: Optional[RoutePlan] = None     # the way if nothing stood on it that is on no map
-        self.round = False              # something does stand on it
-        self.adopted = -math.inf        # s, when it was taken
-        self.planned = -math.inf        # s, when one was made last
-        self.best = math.inf            # m, least cost to go so far
-        self.progress = now             # s, when it last fell while the robot got on
-        self.got_on: Optional[Pose] = None      # its odometry then
-        self.waits_since: Optional[float] = None
-        self.waits_for = ""
-        self.told = STOP
-        self.stalls = 0
-        self.blocked_since: Optional[float] = None
-        self.blocked_at: Optional[Pose] = None
+        self.way: List[Point] = []              # m, map frame: from the robot to the goal by this plan
+        self.map_plan: Optional[RoutePlan] = None       # the plan if nothing stood there that is on no map
+        self.obstacle_on_way = False            # something does stand there
+        self.plan_taken_at = -math.inf          # s
+        self.planned_at = -math.inf             # s, when a plan was made last, taken or not
+        self.least_to_go = math.inf             # m, least cost to go so far
+        self.progress_at = now                  # s, when it last fell while the robot got on
+        self.progress_odometry: Optional[Pose] = None   # odometry then
+        self.waiting_since: Optional[float] = None      # s
+        self.waiting_kind = ""                  # of its reasons
+        self.last_twist = STOP
+        self.stall_count = 0
+        self.blocked_since: Optional[float] = None      # s; None: it is not blocked
+        self.blocked_at: Optional[Pose] = None          # pose (map frame) then
 
 
 class Navigator:
@@ -159,7 +159,7 @@ class Navigator:
         self._edges = edge_cells(self._floor.clearance)
         self._obstacles.use_map(grid_map, self._floor.clearance)
         if self._task is not None:
-            self._task.planned, self._task.by_map = -math.inf, None
+            self._task.planned_at, self._task.map_plan = -math.inf, None
 
     @property
     def acceleration_wanted(self) -> Accelerations:
@@ -244,9 +244,9 @@ class Navigator:
         task = self._task
         if task is None:
             return self._ended
-        if task.stalls >= self._numbers.navigator.most_stalls:
+        if task.stall_count >= self._numbers.navigator.most_stalls:
             return self._end(State.FAILED, "gave up: the wheels stalled %d times, by something that sonar does not hear"
-                             % task.stalls)
+                             % task.stall_count)
         hindrance = self._hindrance(sensing, readiness, now)
         if hindrance:
             return self._wait(task, kind_of(hindrance), Decision(STOP, State.WAITING, hindrance), now)
@@ -258,7 +258,7 @@ class Navigator:
             refusal = self._floor.refusal(where.pose[:2], task.goal[:2])
             if refusal:
                 return self._end(State.FAILED, refusal)
-        task.waits_since = None
+        task.waiting_since = None
         return self._drive(task, where.pose, now)
 
     def _sense(self, sensing: Optional[Sensing], pose: Optional[Pose], now: float) -> None:
@@ -283,13 +283,13 @@ class Navigator:
     def _feel_stall(self, now: float) -> None:
         """Remember what stalled the wheels: something that sonar does not hear, where the robot was going."""
         if self._last is not None and now - self._stalled > self._numbers.navigator.rest:
-            way = (self._task.told.linear if self._task else 0.0) or self._velocity.linear or 1.0
+            way = (self._task.last_twist.linear if self._task else 0.0) or self._velocity.linear or 1.0
             points = [(x, y) for x, y in _rim(self._chassis.outline) if x * way > 0.0 and abs(x) > 0.1]
             x, y = (np.array(each) for each in zip(*points))
             scale = 1.0 + 0.03 / np.hypot(x, y)
             self._obstacles.add(*out_of(self._last.odometry, x * scale, y * scale), now)
             if self._task is not None:
-                self._task.stalls += 1
+                self._task.stall_count += 1
         self._stalled = now
 
     def _hindrance(self, sensing: Optional[Sensing], readiness: Readiness, now: float) -> str:
@@ -311,11 +311,11 @@ class Navigator:
 
     def _wait(self, task: _Task, kind: str, decision: Decision, now: float) -> Decision:
         """Return the decision to wait; or give up, when the robot has waited for reasons of this kind for too long."""
-        if task.waits_since is None or task.waits_for != kind:
-            task.waits_since, task.waits_for = now, kind
-        task.progress += max(0.0, now - max(task.waits_since, task.progress))
-        if now - task.waits_since > self._numbers.navigator.wait:
-            return self._end(State.FAILED, "gave up after %.0f s: %s" % (now - task.waits_since, decision.reason))
+        if task.waiting_since is None or task.waiting_kind != kind:
+            task.waiting_since, task.waiting_kind = now, kind
+        task.progress_at += max(0.0, now - max(task.waiting_since, task.progress_at))
+        if now - task.waiting_since > self._numbers.navigator.wait:
+            return self._end(State.FAILED, "gave up after %.0f s: %s" % (now - task.waiting_since, decision.reason))
         return decision
 
     def _end(self, state: State, reason: str) -> Decision:
@@ -326,8 +326,8 @@ class Navigator:
     def _look_around(self, task: _Task, where: Optional[Whereabouts], now: float) -> Decision:
         """Wait until the robot knows where it is. It may turn on the spot where it touches nothing."""
         numbers = self._numbers.navigator
-        task.planned, task.at_goal = -math.inf, False
-        reason = _LOST if where is None or not where.reason else "%s: %s" % (_LOST, where.reason)
+        task.planned_at, task.at_goal = -math.inf, False
+        reason = _LOST if where is None or not where.reason else where.reason
         twist = STOP
         around = self._around(self._reckoned(), now)
         if (abs(self._velocity.linear) < _STANDS and numbers.unsure_turn > 0.0 and around.apart >= numbers.give_way
@@ -335,7 +335,7 @@ class Navigator:
             rate = math.copysign(min(numbers.unsure_turn, self._chassis.max_angular), self._side(task, where, now))
             turns = [each for each in (rate, -rate) if self._steering.may_turn(each, self._velocity, around)]
             twist = Twist(0.0, turns[0]) if turns else STOP
-        task.told = twist
+        task.last_twist = twist
         return self._wait(task, _LOST, Decision(twist, State.WAITING, reason), now)
 
     def _somebody_beside(self, pose: Optional[Pose], now: float) -> bool:
@@ -359,22 +359,23 @@ class Navigator:
         First it turns to where its way probably begins, and there to and fro: so it can drive off as soon as it is
         sure. If that does not tell it where it is, it turns round and round.
         """
-        begun = now if task.waits_since is None or task.waits_for != _LOST else task.waits_since
-        if where is None or not all(map(math.isfinite, where.pose)) or now - begun > _LOOKS_AHEAD and task.told.angular:
-            return task.told.angular
-        if task.by_map is None:
-            task.by_map = self._floor.to(task.goal[:2])
+        begun = now if task.waiting_since is None or task.waiting_kind != _LOST else task.waiting_since
+        turned = task.last_twist.angular
+        if where is None or not all(map(math.isfinite, where.pose)) or now - begun > _LOOKS_AHEAD and turned:
+            return turned
+        if task.map_plan is None:
+            task.map_plan = self._floor.to(task.goal[:2])
         x, y, heading = where.pose
-        off = wrapped(float(task.by_map.heading(np.array(x), np.array(y))) - heading)
-        return off if abs(off) > _LOOKS_ASIDE or not task.told.angular else task.told.angular
+        off = wrapped(float(task.map_plan.heading(np.array(x), np.array(y))) - heading)
+        return off if abs(off) > _LOOKS_ASIDE or not turned else turned
 
     def _drive(self, task: _Task, pose: Pose, now: float) -> Decision:
         numbers = self._numbers
-        if now - task.planned >= numbers.navigator.replan or task.plan is None:
+        if now - task.planned_at >= numbers.navigator.replan or task.plan is None:
             self._plan_anew(task, pose, now)
-        if now - task.progress > numbers.navigator.patience:
+        if now - task.progress_at > numbers.navigator.patience:
             return self._end(State.FAILED, "gave up: no way on for %.0f s, %.2f m from the goal" % (
-                now - task.progress, _apart(task.goal, pose)))
+                now - task.progress_at, _apart(task.goal, pose)))
         around, live = self._around(pose, now), self._obstacles.live(now - numbers.navigator.silent)
         if around.apart < numbers.navigator.give_way:
             return Decision(STOP, State.WAITING, _GIVING_WAY)
@@ -383,24 +384,31 @@ class Navigator:
         choice = self._choose(task, pose, around, live, now)
         if choice is None:
             return self._end(State.REACHED, "reached the goal")
-        to_go = float(task.plan.cost(np.array(pose.x), np.array(pose.y)))
-        if to_go < task.best - numbers.navigator.progress or task.at_goal and not choice.blocked:
-            task.best = to_go
-            # A map that is being made changes, and with it the cost: only who drives gets on.
-            assert self._last is not None
-            odometry = self._last.odometry
-            if task.at_goal or task.got_on is None or _apart(odometry, task.got_on) > numbers.navigator.got_on:
-                task.progress, task.got_on = now, odometry
-        elif to_go > task.best + 2.0:
-            task.best = to_go           # a new plan leads round: measure its progress anew, on the same patience
+        self._note_progress(task, pose, choice.blocked, now)
         if task.blocked_at is not None and _apart(pose, task.blocked_at) > 0.15:
             task.blocked_since = task.blocked_at = None
-        task.told = choice.twist
+        task.last_twist = choice.twist
         if not choice.blocked:
             return Decision(choice.twist, State.DRIVING, self._doing(task, choice.reason))
         if task.blocked_since is None:
             task.blocked_since, task.blocked_at = now, pose
         return Decision(STOP, State.WAITING, choice.reason)
+
+    def _note_progress(self, task: _Task, pose: Pose, blocked: bool, now: float) -> None:
+        """Note whether the robot gets on: the cost to go falls, and its wheels have moved.
+
+        A map that is being made changes, and with it the cost: only who drives gets on.
+        """
+        numbers = self._numbers.navigator
+        assert task.plan is not None and self._last is not None
+        to_go, odometry = float(task.plan.cost(np.array(pose.x), np.array(pose.y))), self._last.odometry
+        if to_go < task.least_to_go - numbers.progress or task.at_goal and not blocked:
+            task.least_to_go = to_go
+            before = task.progress_odometry
+            if task.at_goal or before is None or _apart(odometry, before) > numbers.got_on:
+                task.progress_at, task.progress_odometry = now, odometry
+        elif to_go > task.least_to_go + 2.0:
+            task.least_to_go = to_go    # a new plan leads round: measure its progress anew, on the same patience
 
     def _plan_anew(self, task: _Task, pose: Pose, now: float) -> None:
         """Plan. Keep the plan that there is while its way is not much worse, so that the robot does not turn to and fro
@@ -408,19 +416,19 @@ class Navigator:
         two plans of a large map take too long for one packet.
         """
         numbers = self._numbers.navigator
-        if task.by_map is None:
-            task.by_map = self._floor.to(task.goal[:2])
-            task.plan = task.plan or task.by_map        # after a change of the map it goes on by the old one
+        if task.map_plan is None:
+            task.map_plan = self._floor.to(task.goal[:2])
+            task.plan = task.plan or task.map_plan        # after a change of the map it goes on by the old one
             return
         unmapped = self._unmapped(pose)
-        plan = self._floor.past(task.by_map, unmapped, pose[:2])
-        task.planned = now
-        task.round = self._stands_on(unmapped, task.by_map.points_from(pose[:2]))
-        if task.plan is not None and now - task.adopted < numbers.plan_kept:
+        plan = self._floor.past(task.map_plan, unmapped, pose[:2])
+        task.planned_at = now
+        task.obstacle_on_way = self._stands_on(unmapped, task.map_plan.points_from(pose[:2]))
+        if task.plan is not None and now - task.plan_taken_at < numbers.plan_kept:
             kept = plan.cost_of_way(task.plan.points_from(pose[:2]))
             if float(plan.cost(np.array(pose.x), np.array(pose.y))) > numbers.better * kept:
                 return
-        task.plan, task.adopted = plan, now
+        task.plan, task.plan_taken_at = plan, now
 
     def _stands_on(self, places: Array, way: List[Point]) -> bool:
         """Return whether one of some places (m, map frame) is on the next two metres of a way."""
@@ -436,15 +444,15 @@ class Navigator:
         """Return what it does, for people; on its way, with the length (m) of what is left of it."""
         if reason != "on the way":
             return reason
-        return "%s, %.1f m to go" % (_GOING_ROUND if task.round else reason, length_of(task.way))
+        return "%s, %.1f m to go" % (_GOING_ROUND if task.obstacle_on_way else reason, length_of(task.way))
 
     def _choose(self, task: _Task, pose: Pose, around: Around, live: List[int], now: float) -> Optional[SteeringChoice]:
         """Return the next velocity, or None when the robot stands at the goal. Note in the task whether it is there."""
         numbers, goal, plan = self._numbers.steering, task.goal, task.plan
         assert plan is not None
         distance = _apart(goal, pose)
-        stands_at = self._steering.stands_at(pose, self._velocity, task.told)
-        near = numbers.arrived_at_last if now - task.progress > self._numbers.navigator.slow else numbers.arrived
+        stands_at = self._steering.stands_at(pose, self._velocity, task.last_twist)
+        near = numbers.arrived_at_last if now - task.progress_at > self._numbers.navigator.slow else numbers.arrived
         task.at_goal = _apart(goal, stands_at) < (2.5 * numbers.arrived + 0.03 if task.at_goal else near)
         if task.at_goal:
             off = abs(wrapped(goal.heading - stands_at.heading)) if task.with_heading else 0.0
@@ -457,9 +465,9 @@ class Navigator:
             if not choice.blocked:
                 return choice
         blocked = max(0.0 if task.blocked_since is None else now - task.blocked_since,
-                      now - task.progress - self._numbers.navigator.slow)
+                      now - task.progress_at - self._numbers.navigator.slow)
         trail = self._lately() if blocked > 0.0 else NOWHERE
-        return self._steering.choose(pose, self._velocity, around, live, plan, blocked, task.told, trail)
+        return self._steering.choose(pose, self._velocity, around, live, plan, blocked, task.last_twist, trail)
 
     def _lately(self) -> Array:
         """Return where the robot was lately (robot's frame), as an array (number, 3)."""

@@ -14,13 +14,12 @@ from .exploring import Explorer, NextGoal, with_driven_floor
 from .localisation import Localisation, Where
 from .mapping import Mapper
 from .navigator import Accelerations, Decision, Navigator, Readiness, State
-from .planning import Point
 from .tuned import NavigationNumbers
-from .values import Sensing, Twist
+from .values import STOP, Point, Sensing, Twist
 
 Array = Any     # of numpy
 
-STAND = Twist(0.0, 0.0)
+_OWN_MAP = "a map is being made: the robot is where this map says"
 NEW_MAP_EVERY = 1.0
 """Time (s) between two maps that the navigator gets while one is being made."""
 LISTENS = 2.0
@@ -59,7 +58,7 @@ class PilotStep(NamedTuple):
     plan: List[Point]
 
 
-NOTHING_YET = PilotStep(0.0, Pose(0.0, 0.0, 0.0), None, State.IDLE, "nothing heard of the robot yet", STAND, None, 0.0,
+NOTHING_YET = PilotStep(0.0, Pose(0.0, 0.0, 0.0), None, State.IDLE, "nothing heard of the robot yet", STOP, None, 0.0,
                         [])
 
 
@@ -130,11 +129,11 @@ class OwnMap:
 
     def start_at(self, pose: Pose, position: float, heading: float) -> None:
         """Refuse: a map that is being made begins where the robot began."""
-        raise RefusedError("a map is being made: the robot is where this map says")
+        raise RefusedError(_OWN_MAP)
 
     def start_anywhere(self) -> None:
         """Refuse, as `start_at`."""
-        raise RefusedError("a map is being made: the robot is where this map says")
+        raise RefusedError(_OWN_MAP)
 
     def sense(self, sensing: Sensing, rests: bool = False) -> Where:
         """Add what was sensed to the map, and return where the robot is on it.
@@ -271,9 +270,9 @@ class Pilot:
     def silent(self, seconds: float) -> PilotStep:
         """Return what to do after so long without news of the robot: stand."""
         if self._goal is None:
-            return self.step._replace(twist=STAND)
+            return self.step._replace(twist=STOP)
         reason = "neither sonar nor pose of the robot for %.1f s" % seconds
-        self.step = self.step._replace(state=State.WAITING, reason=reason, twist=STAND)
+        self.step = self.step._replace(state=State.WAITING, reason=reason, twist=STOP)
         return self.step
 
     def sense(self, sensing: Sensing, readiness: Readiness) -> PilotStep:
@@ -296,7 +295,7 @@ class Pilot:
         elif explorer is not None and explorer.is_over(where.pose, where.time, self._drivable):
             decision = self._explore_on(explorer, where, decision)
         if self._explorer is not None and decision.state not in WORKS:
-            decision = Decision(STAND, State.WAITING, "choosing where to go next")
+            decision = Decision(STOP, State.WAITING, "choosing where to go next")
         if ended and explorer is None:
             self._goal = None
         self.step = PilotStep(sensing.time, sensing.odometry, where, decision.state, decision.reason, decision.twist,
@@ -307,7 +306,7 @@ class Pilot:
     def _explore_on(self, explorer: Explorer, where: Where, decision: Decision) -> Decision:
         """Go on after the way to the goal before has ended: choose the next one, and in the packet after that go."""
         if where.time < self._explore_from:
-            return Decision(STAND, State.WAITING, "listening before it explores")
+            return Decision(STOP, State.WAITING, "listening before it explores")
         if not self._chooses:
             return self._end_way(explorer, decision)
         chosen = self._chosen
@@ -319,15 +318,15 @@ class Pilot:
         refusal = self._send(chosen.pose, chosen.with_heading)
         if not refusal:
             self._chooses = False
-            return Decision(STAND, State.DRIVING, "exploring: %s" % chosen.reason)
+            return Decision(STOP, State.DRIVING, "exploring: %s" % chosen.reason)
         self._navigator.cancel()
         self._goal = None
         self._refusals += 1
         if explorer.homeward or self._refusals == MOST_REFUSALS:
             self._explorer, self._chooses = None, False
-            return Decision(STAND, State.FAILED, "explored, not home: %s" % refusal)
+            return Decision(STOP, State.FAILED, "explored, not home: %s" % refusal)
         explorer.refused()
-        return Decision(STAND, State.WAITING, refusal)
+        return Decision(STOP, State.WAITING, refusal)
 
     def _end_way(self, explorer: Explorer, ended: Decision) -> Decision:
         """End the way to a goal. If it was the last one, exploring ends; else the next packet chooses another."""
@@ -338,7 +337,7 @@ class Pilot:
                 if ended.state is State.REACHED:
                     return ended._replace(reason="explored, home again")
                 self._navigator.cancel()
-                return Decision(STAND, State.FAILED, "explored, not home: " + ended.reason)
+                return Decision(STOP, State.FAILED, "explored, not home: " + ended.reason)
         self._chooses, self._chosen, self._refusals = True, None, 0
         return ended
 

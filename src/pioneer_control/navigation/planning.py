@@ -23,9 +23,9 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 
 from ..maps.grid_map import FREE, OCCUPIED, GridMap
 from .tuned import PlanningNumbers
+from .values import Point
 
 Array = Any     # of numpy
-Point = Tuple[float, float]
 
 EIGHT_STEPS = [(rows, columns) for rows in range(-1, 2) for columns in range(-1, 2) if rows or columns]
 """The steps from a square to its neighbours."""

@@ -148,7 +148,7 @@ class ObstacleNumbers:
 
 @dataclass(frozen=True)
 class SteeringNumbers:
-    """Numbers of `driving`."""
+    """Numbers of `steering`."""
 
     acceleration: float = parameter(0.7, Number(0.05, 5), "acceleration that is asked of the robot", "m/s^2")
     braking: float = parameter(0.8, Number(0.05, 5), "deceleration that is asked of the robot", "m/s^2")

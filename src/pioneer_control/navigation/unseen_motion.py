@@ -8,7 +8,7 @@ import math
 from typing import Optional
 
 from ..floor_poses import Pose
-from .values import Twist
+from .values import STOP, Twist
 
 LONGEST_SILENCE = 0.5
 """After a longer time (s) without a packet, the robot may have driven on unseen."""
@@ -26,8 +26,8 @@ class UnseenMotion:
     """
 
     def __init__(self) -> None:
-        self.told = Twist(0.0, 0.0)
-        self._velocity, self._time = Twist(0.0, 0.0), -math.inf
+        self.told = STOP
+        self._velocity, self._time = STOP, -math.inf
 
     def after(self, time: float, step: Pose) -> Optional[Pose]:
         """Return the motion (m, rad) that the robot may have made unseen before a packet, at most. None: it made none.

@@ -8,6 +8,10 @@ from typing import NamedTuple, Sequence, Tuple
 from ..floor_poses import Pose
 
 
+Point = Tuple[float, float]
+"""x and y (m) of a place."""
+
+
 class Firing(NamedTuple):
     """What one transducer heard in one firing.
 
@@ -52,3 +56,7 @@ class Twist(NamedTuple):
 
     linear: float
     angular: float
+
+
+STOP = Twist(0.0, 0.0)
+"""The velocity of a robot that stands."""

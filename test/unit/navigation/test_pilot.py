@@ -157,7 +157,7 @@ def test_it_does_not_drive_while_it_does_not_know_where_it_is():
     for _ in range(30):
         step = drive.step()
         assert step.state is State.WAITING and step.twist.linear == 0.0
-    assert "know where it is" in step.reason
+    assert "I do not know where I am" in step.reason
 
 
 def test_a_way_is_told_without_driving(drive):

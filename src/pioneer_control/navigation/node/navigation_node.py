@@ -55,7 +55,7 @@ BORROW_PERIOD = 0.5
 """Time (s) between two messages that borrow accelerations."""
 LENDER_PATIENCE = 3.0
 """Time (s) for the driver to subscribe to ``accelerations``."""
-COURTESY = 10
+NICENESS = 10
 """How much later its turn comes (nice) on a busy computer than that of the driver, which has to stop the robot."""
 POWER_ON = {"acceleration": 0.3, "braking": 0.3, "turn_acceleration": 1.7}
 """Accelerations that a robot has at power-on (m/s^2, rad/s^2), for a driver that lends none."""
@@ -335,7 +335,7 @@ def main() -> int:
     """Run the node. Return the exit code: 0 after a shutdown, 1 when the driver has another robot, 2 for a wrong
     parameter or map.
     """
-    os.nice(COURTESY)       # before there are other threads: each has its own
+    os.nice(NICENESS)       # before there are other threads: each has its own
     init_node("navigation")
     try:
         parameters, numbers = check_parameters(rospy.get_param("~", {}))

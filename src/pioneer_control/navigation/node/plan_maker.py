@@ -13,7 +13,7 @@ from ...errors import PioneerError, RefusedError
 from ...floor_poses import Pose
 from ...maps import OCCUPIED, UNKNOWN, GridMap
 from ..pilot import Pilot
-from ..planning import Point
+from ..values import Point
 from .messages import check_on_map, path_message, pose_of
 
 MOST_TOLERANCE = 5.0

@@ -7,10 +7,10 @@ import pytest
 from floor_for_tests import chassis_of, room
 
 from pioneer_control.floor_poses import Pose
-from pioneer_control.navigation.driving import STOP, Around, Steering
+from pioneer_control.navigation.steering import Around, Steering
 from pioneer_control.navigation.planning import DrivableFloor
 from pioneer_control.navigation.tuned import PlanningNumbers, SteeringNumbers
-from pioneer_control.navigation.values import Twist
+from pioneer_control.navigation.values import STOP, Twist
 
 NOBODY = np.zeros(0)
 ALL = range(16)

@@ -16,11 +16,10 @@ from .chassis import Chassis, Moves, after
 from .frames import into, wrapped_angles
 from .planning import RoutePlan
 from .tuned import SteeringNumbers
-from .values import Twist
+from .values import STOP, Twist
 
 Array = Any     # of numpy
 
-STOP = Twist(0.0, 0.0)
 _SHARES = (0.15, 0.35, 0.6, 0.8, 1.0)   # of the greatest speed forward
 _SHARES_BACK = (0.4, 1.0)
 _SHARES_TURN = (0.15, 0.4, 1.0)
