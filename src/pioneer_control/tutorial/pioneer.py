@@ -380,7 +380,7 @@ class Pioneer:
         """Stop the robot, and publish no more commands. ROS calls this method too when it shuts down."""
         self._reports.end()
         if self._travel is not None:
-            self._travel.stop()
+            self._travel.end()
         self._commander.end()
 
 
