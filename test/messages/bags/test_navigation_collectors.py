@@ -97,4 +97,7 @@ def test_the_true_map_is_taken_only_where_there_is_no_other(tmp_path):
     true = ("/pioneer/truth/map", make.room(5.0, 4.0), 1000.0)
     assert read_run(make.write_bag(tmp_path / "a.bag", [*driven, true])).map.cells.shape == (82, 102)
     both = [*driven, true, ("/pioneer/map", make.room(4.0, 4.0), 1000.0)]
-    assert read_run(make.write_bag(tmp_path / "b.bag", both)).map.cells.shape == (82, 82)
+    run = read_run(make.write_bag(tmp_path / "b.bag", both))
+    assert run.map.cells.shape == (82, 82) and run.own_frame, "this is no map of the world's frame"
+    same = [*driven, true, ("/pioneer/map", make.room(5.0, 4.0), 1000.0)]
+    assert not read_run(make.write_bag(tmp_path / "c.bag", same)).own_frame

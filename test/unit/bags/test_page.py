@@ -340,8 +340,16 @@ class TestNavigation:
         run = self.run(truth=there, navigation=make.navigated(self.TRUE, off=0.0), map_made=True, cans=(can,))
         assert (run.cans_in_map[0].x[0], run.cans_in_map[0].y[0]) == pytest.approx((self.TRUE.x[50], self.TRUE.y[50]))
         assert run.navigation_errors()[0].max() < 1e-6
-        assert "on the map that it made; the true path is laid on its beginning" in page.navigated(run)
+        assert "on the map that it made; the true path is laid on where it was first sure" in page.navigated(run)
         assert self.run(truth=there, navigation=make.navigated(self.TRUE, off=0.0)).navigation_errors()[0].min() > 1.0
+
+    def test_a_saved_map_of_its_own_frame_begins_where_the_robot_was_first_sure(self):
+        there = self.TRUE.seen_from((3.0, 4.0, 1.0))
+        lost = self.TRUE._replace(x=self.TRUE.x + np.where(self.TRUE.time < make.BEGIN + 14.0, 5.0, 0.0))
+        run = self.run(truth=there, navigation=make.navigated(self.TRUE, track=lost), own_frame=True)
+        assert run.navigation_errors()[0].max() < 1e-6
+        assert page.navigated(run)[-1] == (
+            "on a map with a frame of its own; the true path is laid on where it was first sure")
 
     def test_without_truth_it_shows_where_it_believed_to_be(self):
         view = from_above.view_of(self.run(truth=None, map=TestEchoesBesideTheirWalls.ROOM))
