@@ -92,6 +92,12 @@ class Travel:
         news = self.wait()
         return Pose(news.pose.x, news.pose.y, news.pose.theta) if news.sure else None
 
+    def places(self) -> Dict[str, Pose]:
+        """Return the named places of the map: x, y (m) and heading (rad)."""
+        self.wait()
+        told = self._news[Places]
+        return {name: Pose(pose.x, pose.y, pose.theta) for name, pose in zip(told.names, told.poses)}
+
     def goal_of(self, place: Union[str, float], y: Optional[float], heading: Optional[float]) -> Pose:
         """Return the pose that the arguments of `Pioneer.go_to` name.
 
@@ -99,13 +105,12 @@ class Travel:
             UsageError: a number is not finite, or no place has the name. The message lists the places.
         """
         if isinstance(place, str):
-            self.wait()
-            places = self._news[Places]
-            if place not in places.names:
+            places = self.places()
+            if place not in places:
                 raise UsageError("no place is named %r on the map; known: %s"
-                                 % (place, ", ".join(map(repr, places.names)) or "none"))
-            named = places.poses[places.names.index(place)]
-            return Pose(named.x, named.y, named.theta if heading is None else heading)
+                                 % (place, ", ".join(map(repr, places)) or "none"))
+            named = places[place]
+            return Pose(named.x, named.y, named.heading if heading is None else heading)
         for name, value in (("x", place), ("y", y), ("heading", 0.0 if heading is None else heading)):
             if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
                 raise UsageError("%s is %r: go_to needs the name of a place, or x and y in metres" % (name, value))
