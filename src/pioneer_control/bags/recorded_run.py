@@ -142,10 +142,14 @@ class Map(NamedTuple):
         return bool(np.allclose(*corners, rtol=0.0, atol=SAME_PLACE))
 
 
+EXPLORED = "explored"  # end of a goal that the robot chose itself, whatever became of it
+
+
 class Goal(NamedTuple):
     """A goal that navigation had from a time (s) on, in the map (m).
 
-    `end` says what became of it: "reached", "failed", "called back", "another goal", or "under way" at the end.
+    `end` says what became of it: "reached", "failed", "cancelled", "replaced" by another, or "under way" at the end;
+    EXPLORED: the robot chose it itself, to make its map.
     """
 
     time: float
