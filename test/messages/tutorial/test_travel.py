@@ -10,6 +10,7 @@ from std_srvs.srv import SetBoolResponse
 
 from pioneer_control.msg import Navigation, Places
 from pioneer_control.tutorial import travel
+from pioneer_control.tutorial.pioneer import Pioneer
 
 BEGIN = 1000
 PATIENCE = 5.0      # s
@@ -72,6 +73,16 @@ def explored(journey, *said):
 def test_an_end_that_one_message_tells_is_heard(journey, state, reason, answer):
     assert explored(journey, ("waiting", ""), ("driving", ""), (state, reason), ("idle", "no goal")) == answer
     assert journey._client.cancelled == 0
+
+
+@pytest.mark.parametrize("why_not, end", [("", "explored, home again"), ("no way", "not explored: no way")])
+def test_a_program_says_that_it_explores(monkeypatch, why_not, end):
+    lines = []
+    for name in ("loginfo", "logwarn"):
+        monkeypatch.setattr(rospy, name, lambda text, *values: lines.append(text % values))
+    robot = types.SimpleNamespace(navigation=types.SimpleNamespace(explore=lambda: why_not))
+    assert Pioneer.explore(robot) is not bool(why_not)
+    assert lines[0].startswith("explore: ") and lines[1:] == [end]
 
 
 def test_what_navigation_said_before_it_explored_is_no_end(journey):
