@@ -25,6 +25,8 @@ import rospy
 from rospy.impl.rosout import RosOutHandler
 from rospy.impl.tcpros_base import init_tcpros_server
 
+from . import interrupt  # noqa: F401  # Ctrl-C ends a program without a traceback
+
 MASTER_PATIENCE = 0.5
 """Seconds that a node waits for the master when it ends. The time begins after the program's own shutdown hooks."""
 MAIN_PATIENCE = 0.4

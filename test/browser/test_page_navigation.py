@@ -39,6 +39,12 @@ def pixel(page, x, y):
     return left + place[0], top + place[1]
 
 
+def click_at(page, x, y):
+    """Press and release the mouse at a pixel."""
+    page.mouse("mousePressed", x, y)
+    page.mouse("mouseReleased", x, y)
+
+
 def drag(page, start, end=None):
     """Press the mouse at a place (m), drag it to another, and release it."""
     here, there = pixel(page, *start), pixel(page, *(end or start))
@@ -171,6 +177,27 @@ def test_a_place_is_chosen_by_its_sign_and_from_the_list(robot, server):
     robot.js("document.querySelector('#travel form:nth-of-type(1) button').click()")
     until(lambda: len(server.of("go")) == 2)
     near(server.of("go")[1], 2.0, 3.0, 0.0)
+
+
+def test_a_click_on_the_name_of_a_place_means_the_place(robot, server):
+    x, y = pixel(robot, 5.0, 1.0)
+    for number, (right, up) in enumerate(((0, 20), (-22, 24), (22, 16))):
+        robot.press("KeyG")
+        robot.shows("aim", "Click where")
+        click_at(robot, x + right, y - up)
+        until(lambda: len(server.of("go")) == number + 1)
+        near(server.of("go")[-1], 5.0, 1.0, 1.57)
+    robot.press("KeyG")
+    robot.shows("aim", "Click where")
+    click_at(robot, x, y - 40)
+    until(lambda: len(server.of("go")) == 4)
+    assert server.of("go")[-1]["y"] > 1.2, "above the name it is the floor that is meant"
+
+
+def test_help_and_legend_tell_of_navigation(robot):
+    told = robot.js("return document.getElementById('help').textContent")
+    assert "give up the click" in told
+    assert "black strokes: where it may be" in robot.js("return document.getElementById('legend').textContent")
 
 
 def test_numbers_by_the_keyboard_alone(robot, server):

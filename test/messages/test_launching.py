@@ -53,8 +53,11 @@ def test_where_there_is_no_rviz_it_says_what_to_install(tmp_path):
 def test_under_navigation_rviz_does_not_listen_to_what_only_the_simulator_knows():
     """Its frame is joined to nothing there, so that these displays would be errors."""
     truth = {"world_markers", "markers", "cans", "ground_truth"}
-    for launch, moved in (("navigate.launch", truth), ("view.launch", set())):
-        (node,) = [node for node in launched(launch, *["rviz:=true"] * bool(moved)).nodes if node.name == "rviz"]
+    for launch, words, moved in (
+            ("navigate.launch", ["rviz:=true"], truth), ("view.launch", [], set()),
+            ("demo.launch", ["rviz:=true"], set()),
+            ("demo.launch", ["rviz:=true", "navigate:=true"], truth)):
+        (node,) = [node for node in launched(launch, *words).nodes if node.name == "rviz"]
         assert {name for name, _ in node.remap_args} == moved, launch
         assert not {new for _, new in node.remap_args} & truth
 

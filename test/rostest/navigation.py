@@ -340,7 +340,8 @@ class NavigationTest(unittest.TestCase):
         since = len(self.witness.seen["/rosout"])
         os.kill(process_of("/pioneer/navigation"), signal.SIGKILL)
         self.stands()
-        self.witness.wait("brakes are put back", lambda: self.logged("its accelerations are put back", since))
+        self.witness.wait("brakes are put back", lambda: self.logged(
+            "no more commands from /pioneer/navigation: the accelerations are as before", since))
         self.says("idle")       # it is back
 
 

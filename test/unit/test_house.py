@@ -27,7 +27,7 @@ ROOMS = {
     "message_values": set(),
     "standard_messages": {"message_values", "robots", "msg"},
     "parameters": set(),
-    "ros_node": set(),
+    "ros_node": {"interrupt"},
     "whole_file": set(),
     "pictures": {"whole_file"},
     "port_url": set(),

@@ -8,7 +8,7 @@ from typing import List, NamedTuple, Tuple
 
 import numpy as np
 
-from .recorded_run import Run, Track, inverted, placed
+from .recorded_run import CanPath, Run, Track, inverted, placed
 
 MOVED = 0.01, np.radians(1.0)  # m, rad: a robot this far from its first pose has begun to move
 STILL = 0.02, np.radians(2.0)  # m/s, rad/s: a robot that is slower in both is standing
@@ -114,7 +114,7 @@ def pushes(run: Run) -> Tuple[Push, ...]:
     found = []
     for number, can in enumerate(run.cans, 1):
         moved = (np.hypot(np.diff(can.x), np.diff(can.y)) > 0.0) & (np.maximum(can.height[1:], can.height[:-1]) <= 0.0)
-        steps = np.flatnonzero(moved & ~_in_gripper(run, can.time[1:], can.x[1:], can.y[1:]))
+        steps = np.flatnonzero(moved & ~_held(run, can))
         for part in np.split(steps, np.flatnonzero(np.diff(can.time[steps]) > AT_REST) + 1):
             if len(part):
                 begin, end = part[0], part[-1] + 1
@@ -123,22 +123,21 @@ def pushes(run: Run) -> Tuple[Push, ...]:
     return tuple(sorted(found, key=lambda push: push.time))
 
 
-def _in_gripper(run: Run, time: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Whether the gripper holds a can, for each position of the can.
+def _held(run: Run, can: CanPath) -> np.ndarray:
+    """Return whether the gripper holds a can in each step of its path: an array of bool, one shorter than the path.
 
-    Args:
-        run: the run of the robot.
-        time: the times (s).
-        x: the x coordinates of the can at these times (m, map frame).
-        y: the y coordinates of the can at these times (m, map frame).
-
-    Returns:
-        An array of bool, one for each time. All are False if the run has no true track or no gripper events.
+    A can is held that is lifted before the paddles do something else. One that stands on the floor before them while
+    they hold another is pushed. All are False if the run has no true track or no gripper events.
     """
-    if run.truth is None or not run.gripper:
-        return np.zeros(len(time), dtype=bool)
-    holding = np.array([False] + [event.what == "picked up" for event in run.gripper])
-    robot = run.truth.at(time)
+    held = np.zeros(len(can.time) - 1, dtype=bool)
+    if run.truth is None:
+        return held
+    robot = run.truth.at(can.time[1:])
     grip_x, grip_y = placed((robot.x, robot.y, robot.heading), run.grip, 0.0)
-    after = np.searchsorted([event.time for event in run.gripper], time, side="right")
-    return holding[after] & (np.hypot(x - grip_x, y - grip_y) < HELD_WITHIN)
+    near = np.hypot(can.x[1:] - grip_x, can.y[1:] - grip_y) < HELD_WITHIN
+    ends = [event.time for event in run.gripper[1:]] + [np.inf]
+    for event, end in zip(run.gripper, ends):
+        during = (can.time[1:] >= event.time) & (can.time[1:] < end)
+        if event.what == "picked up" and (can.height[1:][during] > 0.0).any():
+            held |= during & near
+    return held

@@ -9,7 +9,7 @@ from typing import Any, List, Optional, Tuple
 import numpy as np
 
 from .collectors import CHANGE_OF_PLACE, SpanCollector, Thinned, heading_in, is_plausible, map_of
-from .recorded_run import Goal, Map, Navigated, Track
+from .recorded_run import EXPLORED, Goal, Map, Navigated, Track
 
 PLAN_EVERY, CLOUD_EVERY = 5.0, 10.0     # s between two plans, and between two clouds, that are kept at first
 MOST_PLANS, MOST_CLOUDS, MOST_GOALS = 40, 20, 500
@@ -18,6 +18,8 @@ DRIVES, WAITS, UNSURE = "drives to a goal", "waits", "not sure where"
 """What the spans of `Navigated` say."""
 SPANS_OF = {"driving": DRIVES, "waiting": WAITS}
 ENDS = ("reached", "failed")
+EXPLORES = "exploring"
+"""How navigation's reason begins when it chooses a goal itself."""
 
 
 class Sparse:
@@ -63,7 +65,7 @@ class NavigationCollector:
         self._unsure = SpanCollector(lambda message: "" if message.sure else UNSURE)
         self._plans, self._clouds = Sparse(PLAN_EVERY, MOST_PLANS), Sparse(CLOUD_EVERY, MOST_CLOUDS)
         self._goals: List[Goal] = []
-        self._under_way = False
+        self._under_way = self._explores = False
         self._sure_from: Optional[float] = None
 
     def add(self, time: float, message: Any) -> None:
@@ -75,9 +77,9 @@ class NavigationCollector:
             self._sure_from = time
         for goal in message.goal[:1]:
             if not self._under_way or (goal.x, goal.y) != (self._goals[-1].x, self._goals[-1].y):
-                self._begin(time, goal)
+                self._begin(time, goal, message.reason)
         if self._under_way and not message.goal:
-            self._goals[-1] = self._goals[-1]._replace(end=message.state if message.state in ENDS else "called back")
+            self._end(message.state if message.state in ENDS else "cancelled")
             self._under_way = False
 
     def add_plan(self, time: float, message: Any) -> None:
@@ -98,14 +100,17 @@ class NavigationCollector:
         return Navigated(Track(*places), tuple(self._states.spans), tuple(self._unsure.spans),
                          tuple(self._plans.kept), tuple(self._clouds.kept), tuple(self._goals), self._sure_from)
 
-    def _begin(self, time: float, goal: Any) -> None:
+    def _begin(self, time: float, goal: Any, reason: str) -> None:
         if not is_plausible(goal.x, goal.y, goal.theta):
             raise ValueError("no goal")
         if self._under_way:
-            self._goals[-1] = self._goals[-1]._replace(end="another goal")
+            self._end("replaced")
         self._goals = [*self._goals[1 - MOST_GOALS:], Goal(time, goal.x, goal.y, "under way")]
-        self._under_way = True
+        self._under_way, self._explores = True, reason.startswith(EXPLORES)
         self._plans.begin_anew()
+
+    def _end(self, how: str) -> None:
+        self._goals[-1] = self._goals[-1]._replace(end=EXPLORED if self._explores else how)
 
     def _place_of(self, message: Any) -> Tuple[float, float, float]:
         place = message.pose

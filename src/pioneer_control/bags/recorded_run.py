@@ -11,6 +11,7 @@ from typing import Any, Mapping, NamedTuple, Optional, Tuple
 import numpy as np
 
 ECHO_GRID = 0.01  # m
+SAME_PLACE = 0.1  # m: the corners of two maps of one frame are nearer
 ERROR_EVERY = 0.5  # s between two times at which navigation is compared with the truth
 PADDLE_MIDDLE = 0.05  # m from the tips of the paddles back to the point where they grip
 USUAL_REACH = 0.3  # m from the origin to each side, for a robot with an unknown outline
@@ -134,11 +135,21 @@ class Map(NamedTuple):
     resolution: float
     origin: Pose
 
+    def covers_the_same(self, other: "Map") -> bool:
+        """Return whether another map has the same corners. Their cells may differ in size."""
+        corners = [(each.origin[0], each.origin[1], each.cells.shape[1] * each.resolution,
+                    each.cells.shape[0] * each.resolution) for each in (self, other)]
+        return bool(np.allclose(*corners, rtol=0.0, atol=SAME_PLACE))
+
+
+EXPLORED = "explored"  # end of a goal that the robot chose itself, whatever became of it
+
 
 class Goal(NamedTuple):
     """A goal that navigation had from a time (s) on, in the map (m).
 
-    `end` says what became of it: "reached", "failed", "called back", "another goal", or "under way" at the end.
+    `end` says what became of it: "reached", "failed", "cancelled", "replaced" by another, or "under way" at the end;
+    EXPLORED: the robot chose it itself, to make its map.
     """
 
     time: float
@@ -212,6 +223,7 @@ class Run(NamedTuple):
     doings: Tuple[Span, ...] = ()  # what a wandering program did: "driving", "turning"
     navigation: Optional[Navigated] = None
     map_made: bool = False  # the robot made the map meanwhile; then the map begins where the robot began
+    own_frame: bool = False  # the frame of the map is not that of the simulated world
     notes: str = ""  # the recorder's description of the recording (YAML)
     damage: str = ""  # what could not be read from the bag, in sentences; empty if all could be read
 
@@ -246,11 +258,11 @@ class Run(NamedTuple):
     def true_frame(self) -> Pose:
         """The pose of the frame of the true path and of the cans, in the frame of `map`.
 
-        A map that the robot made has a frame of its own: there the true path begins where the robot believed to be.
+        A map that a robot made has a frame of its own: there the true path begins where the robot was first sure to be.
         """
-        if self.truth is None or self.navigation is None or not self.map_made:
+        if self.truth is None or self.navigation is None or not (self.map_made or self.own_frame):
             return (0.0, 0.0, 0.0)
-        return laid_on(self.truth, self.navigation.track)
+        return laid_on(self.truth, self.navigation.track, self.navigation.sure_from or 0.0)
 
     @property
     def truth_in_map(self) -> Optional[Track]:

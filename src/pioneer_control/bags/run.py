@@ -229,6 +229,7 @@ def _run(path: str, name: str, collector: RunCollector, reader: BagReader) -> Ru
     undecoded = ["%s on %s could not be understood." % (plural(count, "message"), topic)
                  for topic, count in sorted(collector.undecoded.items())]
     battery, truth = Series(*robot["battery_state"].columns()), Track(*robot["ground_truth"].places.columns())
+    used, world = collector.nearest(name, "map"), collector.nearest(name, "truth/map")
     return Run(
         path=path,
         robot=name,
@@ -239,8 +240,9 @@ def _run(path: str, name: str, collector: RunCollector, reader: BagReader) -> Ru
         sonar=Echoes(*np.array(robot["sonar"].rows).reshape(-1, 3).T),
         gripper=gripper_events(robot["gripper_state"].columns().T.tolist()),
         cans=tuple(CanPath(*can.columns()) for can in collector.nearest(name, "cans") or ()),
-        map=collector.nearest(name, "map") or collector.nearest(name, "truth/map"),
+        map=used or world,
         map_made=robot["map"].made,
+        own_frame=bool(used and world and not used.covers_the_same(world)),
         navigation=robot["navigation"].navigated(),
         commanded=Velocities(*robot["cmd_vel"].columns()),
         measured=Velocities(*odometry.speeds.columns()),

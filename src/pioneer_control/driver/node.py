@@ -152,7 +152,7 @@ class DriverNode:
     def _put_back_accelerations(self) -> None:
         borrower = self._borrowed.tick(monotonic())
         if borrower:
-            rospy.loginfo("%s is silent: its accelerations are put back", borrower)
+            rospy.loginfo("no more commands from %s: the accelerations are as before", borrower)
 
     def _who_commands_changed(self) -> None:
         self._helm.wake()

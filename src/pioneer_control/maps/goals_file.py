@@ -49,7 +49,8 @@ def write_goals(goals: Mapping[str, Pose], path: Path) -> None:
     Raises:
         WorldError: the file cannot be written.
     """
-    rows = [{"name": name, "position_m": [round(pose.x, 3), round(pose.y, 3)],
+    # float: YAML knows no numbers of numpy, which the pose of a robot may have
+    rows = [{"name": name, "position_m": [round(float(pose.x), 3), round(float(pose.y), 3)],
              "heading_deg": round(math.degrees(pose.heading), 1)} for name, pose in goals.items()]
     try:
         with writing(str(path)) as part:

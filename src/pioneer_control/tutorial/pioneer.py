@@ -283,9 +283,12 @@ class Pioneer:
         Raises:
             NoAnswerError: there is no navigation, or it ends meanwhile.
         """
+        rospy.loginfo("explore: drive where the map ends until all is known, then home; an office takes ten minutes")
         why_not = self.navigation.explore()
         if why_not:
             rospy.logwarn("not explored: %s", why_not)
+        else:
+            rospy.loginfo("explored, home again")
         return not why_not
 
     @property
@@ -380,7 +383,7 @@ class Pioneer:
         """Stop the robot, and publish no more commands. ROS calls this method too when it shuts down."""
         self._reports.end()
         if self._travel is not None:
-            self._travel.stop()
+            self._travel.end()
         self._commander.end()
 
 

@@ -2,6 +2,7 @@
 """
 
 import math
+import time
 from typing import Any, Dict, Optional, Union
 
 import actionlib
@@ -22,7 +23,30 @@ from .reports import Stopwatch
 
 CONNECT_TIMEOUT = 15.0  #: s, time-out for navigation: it draws a table of a large map first
 LOOK_AGAIN = 0.1  #: s between two looks whether the robot has arrived
+STOP_PATIENCE = 0.5  #: s, longest wait at the end until navigation has heard that it is to stop
+UNDER_WAY = "driving", "waiting"
+"""The states of navigation that has something to do."""
 ADVICE = "Does navigation run (roslaunch pioneer_control navigate.launch sim:=true), and in this namespace?"
+
+
+class Exploration:
+    """What navigation says of one exploration that began after a stamp.
+
+    Its end is told in one message alone, so it must be noted when that comes.
+    """
+
+    def __init__(self, asked: rospy.Time):
+        self._asked, self._begun = asked, False
+        self.end: Optional[Navigation] = None
+
+    def hear(self, news: Navigation) -> None:
+        """Take a message of navigation."""
+        if news.header.stamp <= self._asked or self.end is not None:
+            return
+        if news.state in UNDER_WAY:
+            self._begun = True
+        elif self._begun:
+            self.end = news
 
 
 class Travel:
@@ -35,12 +59,17 @@ class Travel:
     def __init__(self, prefix: str):
         self._prefix = prefix
         self._news: Dict[type, Any] = {}
+        self._exploration: Optional[Exploration] = None
+        self._ended = False
         self._client = actionlib.SimpleActionClient(prefix + "move_base", MoveBaseAction)
         for topic, kind in (("navigation", Navigation), ("places", Places)):
             rospy.Subscriber(prefix + topic, kind, self._hear, kind, queue_size=1)
 
     def _hear(self, message: Any, kind: type) -> None:
         self._news[kind] = message
+        exploration = self._exploration
+        if exploration is not None and kind is Navigation:
+            exploration.hear(message)
 
     def wait(self) -> Navigation:
         """Wait for navigation. Return its newest message.
@@ -54,8 +83,7 @@ class Travel:
                 missing = [self._prefix + name for name, kind in (("navigation", Navigation), ("places", Places))
                            if kind not in self._news]
                 raise NoAnswerError("after %.0f s still no %s. %s" % (CONNECT_TIMEOUT, ", ".join(missing), ADVICE))
-            if rospy.is_shutdown():
-                raise rospy.ROSInterruptException("this program is ending")
+            self._go_on()
             rospy.rostime.wallsleep(LOOK_AGAIN)
         return self._news[Navigation]
 
@@ -64,6 +92,12 @@ class Travel:
         news = self.wait()
         return Pose(news.pose.x, news.pose.y, news.pose.theta) if news.sure else None
 
+    def places(self) -> Dict[str, Pose]:
+        """Return the named places of the map: x, y (m) and heading (rad)."""
+        self.wait()
+        told = self._news[Places]
+        return {name: Pose(pose.x, pose.y, pose.theta) for name, pose in zip(told.names, told.poses)}
+
     def goal_of(self, place: Union[str, float], y: Optional[float], heading: Optional[float]) -> Pose:
         """Return the pose that the arguments of `Pioneer.go_to` name.
 
@@ -71,13 +105,12 @@ class Travel:
             UsageError: a number is not finite, or no place has the name. The message lists the places.
         """
         if isinstance(place, str):
-            self.wait()
-            places = self._news[Places]
-            if place not in places.names:
+            places = self.places()
+            if place not in places:
                 raise UsageError("no place is named %r on the map; known: %s"
-                                 % (place, ", ".join(map(repr, places.names)) or "none"))
-            named = places.poses[places.names.index(place)]
-            return Pose(named.x, named.y, named.theta if heading is None else heading)
+                                 % (place, ", ".join(map(repr, places)) or "none"))
+            named = places[place]
+            return Pose(named.x, named.y, named.heading if heading is None else heading)
         for name, value in (("x", place), ("y", y), ("heading", 0.0 if heading is None else heading)):
             if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
                 raise UsageError("%s is %r: go_to needs the name of a place, or x and y in metres" % (name, value))
@@ -95,45 +128,85 @@ class Travel:
             ROSInterruptException: the program ends. The robot stops.
         """
         self.wait()
-        if not self._client.wait_for_server(rospy.Duration(CONNECT_TIMEOUT)):
-            raise NoAnswerError("%smove_base takes no goals. %s" % (self._prefix, ADVICE))
+        self._wait_for_server()
+        self._go_on()
         self._client.send_goal(MoveBaseGoal(PoseStamped(
             Header(stamp=rospy.Time.now(), frame_id=self._news[Navigation].header.frame_id),
             PoseMessage(Point(goal.x, goal.y, 0.0), Quaternion(*quaternion_of(goal.heading))))))
         try:
             while not self._client.wait_for_result(rospy.Duration(LOOK_AGAIN)):
-                if rospy.is_shutdown():
-                    raise rospy.ROSInterruptException("this program is ending")
-                if not self._client.action_client.wait_for_server(rospy.Duration(CONNECT_TIMEOUT)):
-                    raise NoAnswerError("navigation has ended on the way. %s" % ADVICE)
+                self._look()
         finally:
             self.stop()
+        self._go_on()
         status = self._client.get_state()
         return "" if status == GoalStatus.SUCCEEDED else self._client.get_goal_status_text() or "navigation gave up"
 
+    def _wait_for_server(self) -> None:
+        if not self._client.wait_for_server(rospy.Duration(CONNECT_TIMEOUT)):
+            raise NoAnswerError("%smove_base takes no goals. %s" % (self._prefix, ADVICE))
+
+    def _look(self) -> None:
+        """Raise ROSInterruptException when the program ends, and NoAnswerError when navigation does."""
+        self._go_on()
+        if not self._client.action_client.wait_for_server(rospy.Duration(CONNECT_TIMEOUT)):
+            raise NoAnswerError("navigation has ended on the way. %s" % ADVICE)
+
+    def _go_on(self) -> None:
+        """Raise ROSInterruptException when the program ends."""
+        if self._ended or rospy.is_shutdown():
+            raise rospy.ROSInterruptException("this program is ending and drives the robot no more")
+
+    def end(self) -> None:
+        """End exploring, or the way to a goal, if there is one, and send the robot nowhere any more."""
+        self._ended = True
+        self.stop()
+
     def stop(self) -> None:
-        """End the way to a goal, if there is one."""
-        if self._client.simple_state != actionlib.SimpleGoalState.DONE and self._client.gh is not None:
+        """End exploring, or the way to a goal, if there is one. Wait a moment until navigation has heard it.
+
+        It uses topics alone: while the program ends, services answer no more.
+        """
+        began, exploration = time.monotonic(), self._exploration
+        if exploration is not None:
+            # it may have been asked for just now, and begin after the first request to end
+            while exploration.end is None and time.monotonic() - began < STOP_PATIENCE:
+                self._client.cancel_all_goals()
+                rospy.rostime.wallsleep(LOOK_AGAIN)
+        elif self._client.gh is not None and self._is_under_way():
             self._client.cancel_goal()
+            while self._is_under_way() and time.monotonic() - began < STOP_PATIENCE:
+                rospy.rostime.wallsleep(LOOK_AGAIN)
+
+    def _is_under_way(self) -> bool:
+        return bool(self._client.simple_state != actionlib.SimpleGoalState.DONE)
 
     def explore(self) -> str:
-        """Let the robot drive where its map ends, until all is known, and home. Return why that failed, or nothing."""
+        """Let the robot drive where its map ends, until all is known, and home. Return why that failed, or nothing.
+
+        Raises:
+            NoAnswerError: navigation does not answer, or ends meanwhile.
+            ROSInterruptException: the program ends. The robot stops.
+        """
         self.wait()
-        asked = rospy.Time.now()
-        answer = self._call("explore", SetBool, True)
-        if not answer.success:
-            return str(answer.message)
+        self._wait_for_server()
+        self._go_on()
+        exploration = self._exploration = Exploration(rospy.Time.now())
         try:
-            while self._news[Navigation].header.stamp <= asked or self._news[Navigation].state not in (
-                    "reached", "failed"):
-                if rospy.is_shutdown():
-                    raise rospy.ROSInterruptException("this program is ending")
+            answer = self._call("explore", SetBool, True)
+            if not answer.success:
+                self._exploration = None
+                return str(answer.message)
+            while exploration.end is None:
+                self._look()
                 rospy.rostime.wallsleep(LOOK_AGAIN)
-        except rospy.ROSInterruptException:
-            self._call("explore", SetBool, False)
-            raise
-        news = self._news[Navigation]
-        return "" if news.state == "reached" else str(news.reason)
+        finally:
+            self.stop()
+            self._exploration = None
+        self._go_on()
+        if exploration.end.state == "idle":
+            return "somebody ended it"
+        return "" if exploration.end.state == "reached" else str(exploration.end.reason)
 
     def save_map(self, file: str) -> None:
         """Save the map in a file (.yaml). Raises UsageError with the reason when that fails."""
@@ -153,5 +226,6 @@ class Travel:
             rospy.wait_for_service(self._prefix + service, CONNECT_TIMEOUT)
             return rospy.ServiceProxy(self._prefix + service, kind)(*values, **named)
         except (rospy.ROSException, rospy.ServiceException) as error:
+            self._go_on()
             raise NoAnswerError("the service %s%s does not answer: %s. %s"
                                 % (self._prefix, service, error, ADVICE)) from None

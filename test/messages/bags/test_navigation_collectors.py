@@ -11,8 +11,9 @@ from pioneer_control.bags.run import read_run
 from pioneer_control.msg import Navigation
 
 
-def said(at, x=0.0, state="driving", goal=(5.0, 1.0), sure=True):
-    message = Navigation(state=state, sure=sure, pose=Pose2D(x, 1.0, 0.0), goal=[Pose2D(*goal, 0.0)] if goal else [])
+def said(at, x=0.0, state="driving", goal=(5.0, 1.0), sure=True, reason=""):
+    message = Navigation(state=state, reason=reason, sure=sure, pose=Pose2D(x, 1.0, 0.0),
+                         goal=[Pose2D(*goal, 0.0)] if goal else [])
     return "/pioneer/navigation", message, 1000.0 + at
 
 
@@ -58,9 +59,16 @@ def test_goals_and_what_became_of_them(run_of):
                    said(4, goal=(6.0, 1.0)), said(5, goal=(7.0, 1.0)), said(6, state="failed", goal=None),
                    said(7), said(8, state="idle", goal=None), said(9)).navigation
     assert [(goal.x, goal.end) for goal in found.goals] == [
-        (5.0, "reached"), (6.0, "another goal"), (7.0, "failed"), (5.0, "called back"), (5.0, "under way")]
+        (5.0, "reached"), (6.0, "replaced"), (7.0, "failed"), (5.0, "cancelled"), (5.0, "under way")]
     assert [(span.begin - 1000.0, span.end - 1000.0) for span in found.states] == [
         (1.0, 3.0), (4.0, 6.0), (7.0, 8.0), (9.0, 9.0)]
+
+
+def test_goals_that_it_chose_itself_to_make_its_map(run_of):
+    found = run_of(said(0, state="idle", goal=None), said(1, reason="exploring: to look round"), said(2),
+                   said(3, goal=(6.0, 1.0), reason="exploring: home"), said(4, state="failed", goal=None),
+                   said(5, goal=(7.0, 1.0), reason="on the way"), said(6, state="reached", goal=None)).navigation
+    assert [(goal.x, goal.end) for goal in found.goals] == [(5.0, "explored"), (6.0, "explored"), (7.0, "reached")]
 
 
 def test_plans_and_clouds_are_kept_now_and_then_and_the_first_to_a_goal_always(run_of):
@@ -97,4 +105,7 @@ def test_the_true_map_is_taken_only_where_there_is_no_other(tmp_path):
     true = ("/pioneer/truth/map", make.room(5.0, 4.0), 1000.0)
     assert read_run(make.write_bag(tmp_path / "a.bag", [*driven, true])).map.cells.shape == (82, 102)
     both = [*driven, true, ("/pioneer/map", make.room(4.0, 4.0), 1000.0)]
-    assert read_run(make.write_bag(tmp_path / "b.bag", both)).map.cells.shape == (82, 82)
+    run = read_run(make.write_bag(tmp_path / "b.bag", both))
+    assert run.map.cells.shape == (82, 82) and run.own_frame, "this is no map of the world's frame"
+    same = [*driven, true, ("/pioneer/map", make.room(5.0, 4.0), 1000.0)]
+    assert not read_run(make.write_bag(tmp_path / "c.bag", same)).own_frame

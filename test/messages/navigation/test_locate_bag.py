@@ -7,6 +7,8 @@ import sys
 import pytest
 import rosbag
 from genpy import Time
+from geometry_msgs.msg import PolygonStamped
+from nav_msgs.msg import Path
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "bags"))
 
@@ -14,6 +16,7 @@ import bag_factory as make
 
 from pioneer_control import p2os
 from pioneer_control.client.odometry import Odometry
+from pioneer_control.msg import Places
 from pioneer_control.navigation.map_files import load_floor_map
 from pioneer_control.navigation.node import locate_bag
 from pioneer_control.robots import find_model
@@ -93,6 +96,29 @@ def test_located_again_the_topics_are_made_anew(old_bag, tmp_path):
     assert len(poses(tmp_path / "again.bag")) == len(poses(tmp_path / "new.bag"))
     with rosbag.Bag(str(tmp_path / "again.bag")) as bag:
         assert bag.get_message_count("/old/robot_info") == 1
+
+
+def test_what_navigation_told_then_is_left_out(old_bag, tmp_path):
+    path, bag = str(tmp_path / "then.bag"), rosbag.Bag(old_bag[0])
+    with rosbag.Bag(path, "w") as then, bag:
+        for topic, message, time in bag.read_messages():
+            then.write(topic, message, time)
+        for topic, message in (
+                ("/old/plan", Path()), ("/old/places", Places()), ("/old/footprint", PolygonStamped()),
+                ("/old/ground_truth", make.odometry(1.0, 2.0, 0.0)), ("/old/map", make.room(8.0, 6.0)),
+                ("/diagnostics", make.diagnostics("old/navigation", Navigation=(1, "lost"))),
+                ("/diagnostics", make.diagnostics("old/p2os", Link=(1, "slow"))),
+                ("/diagnostics", make.diagnostics("other/navigation", Navigation=(1, "lost")))):
+            then.write(topic, message, time)
+    assert run(path, tmp_path / "new.bag", "--map", "tutorial", "--model", "p3dx-sh") == 0
+    with rosbag.Bag(str(tmp_path / "new.bag")) as new:
+        topics = new.get_type_and_topic_info().topics
+        told = [each.name for _, message, _ in new.read_messages("/diagnostics") for each in message.status]
+        (true,) = [message for _, message, _ in new.read_messages("/old/truth/map")]
+    assert not {"/old/plan", "/old/places", "/old/footprint"} & set(topics)
+    assert told == ["old/p2os: Link", "other/navigation: Navigation"]
+    assert true.info.width == make.room(8.0, 6.0).info.width, "what was the map is that of the simulated world"
+    assert topics["/old/map"].message_count == 1
 
 
 @pytest.mark.parametrize("words, named", [

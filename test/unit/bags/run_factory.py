@@ -79,6 +79,6 @@ def navigated(true, off=0.1, **fields):
         true._replace(y=true.y + off), (Span(begin, begin + seconds / 2, DRIVES), Span(begin + 1, begin + 2, WAITS)),
         (unsure,), (np.column_stack((true.x, true.y)),), (np.column_stack((true.x, true.y, true.heading))[:9],),
         (Goal(begin, 1.0, 1.0, "reached"), Goal(begin + 1, 2.0, 1.0, "failed"),
-         Goal(begin + 2, 2.0, 2.0, "called back")),
+         Goal(begin + 2, 2.0, 2.0, "replaced")),
         begin + seconds / 4)
     return said._replace(**fields)

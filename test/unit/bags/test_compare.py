@@ -127,12 +127,20 @@ class TestPushes:
         assert self.pushes(((0, 5, 5.1), (1, 1, 1.5), (0, 0, 0), (0.1, 0.1, 0.1))) == []
 
     def test_one_that_the_gripper_holds_is_none_and_another_one_is(self):
-        time = (0, 10, 11, 12)
-        ahead = [0.2 * second + 0.31 for second in (10, 10, 11, 12)]    # between the paddles
+        """It is lifted a moment after the paddles hold it. One that stands between them is not held."""
+        time = (0, 10, 11, 12, 13)
+        ahead = [0.2 * second + 0.31 for second in (10, 10, 11, 12, 13)]    # between the paddles
         events = (GripperEvent(make.BEGIN + 9.5, "picked up"),)
-        cans = (time, ahead, (0,) * 4, (0,) * 4), (time, (5, 5, 5.2, 5.4), (1,) * 4, (0,) * 4)
-        assert self.pushes(*cans, gripper=events) == [(2, 10.0, 0.4)]
-        assert self.pushes((time, ahead, (0,) * 4, (0,) * 4)) == [(1, 10.0, 0.4)], "pushed by open paddles"
+        lifted, low = (time, ahead, (0,) * 5, (0, 0, 0, 0, 0.1)), (time, ahead, (0,) * 5, (0,) * 5)
+        elsewhere = (time, (5, 5, 5.2, 5.4, 5.4), (1,) * 5, (0,) * 5)
+        assert self.pushes(lifted, elsewhere, low, gripper=events) == [(2, 10.0, 0.4), (3, 10.0, 0.6)]
+        assert self.pushes(low) == [(1, 10.0, 0.6)], "pushed by open paddles"
+
+    def test_one_that_was_put_down_is_pushed_like_any_other(self):
+        time, ahead = (0, 8, 10, 11, 12), [0.2 * second + 0.31 for second in (8, 8, 10, 11, 12)]
+        events = (GripperEvent(make.BEGIN + 7.5, "picked up"), GripperEvent(make.BEGIN + 10.5, "put down"))
+        can = (time, ahead, (0,) * 5, (0, 0.1, 0, 0, 0))
+        assert self.pushes(can, gripper=events) == [(1, 10.0, 0.4)]
 
     def test_without_cans(self):
         assert self.pushes() == []

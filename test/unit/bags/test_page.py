@@ -9,7 +9,7 @@ import pytest
 import run_factory as make
 from pioneer_control.bags.pages import from_above, page, side_by_side
 from pioneer_control.bags.pages.sheet import HEIGHT, RIGHT, WIDTH, Sheet
-from pioneer_control.bags.recorded_run import CanPath, Echoes, Map, Report, Span
+from pioneer_control.bags.recorded_run import CanPath, Echoes, Goal, Map, Report, Span
 from pioneer_control.errors import UsageError
 
 STILL = make.track(30.0)._replace(**{name: np.zeros(301) for name in ("x", "y", "heading")})
@@ -327,6 +327,13 @@ class TestNavigation:
         still = make.navigated(self.TRUE, goals=(), unsure=())
         assert page.navigated(self.run(truth=None, navigation=still)) == ["Navigation: no goal"]
 
+    def test_an_exploration_has_no_count_of_goals(self):
+        chosen = tuple(Goal(make.BEGIN + n, n, 1.0, "explored") for n in range(3))
+        sent = Goal(make.BEGIN + 9, 1.0, 1.0, "reached")
+        for goals, words in ((chosen, "explored"), ((*chosen, sent), "explored, 1 of 1 goals reached")):
+            run = self.run(navigation=make.navigated(self.TRUE, goals=goals))
+            assert page.navigated(run)[0] == "Navigation: " + words
+
     def test_only_what_it_was_sure_of_counts(self):
         jump = self.TRUE._replace(x=self.TRUE.x + np.where(self.TRUE.time < make.BEGIN + 14.0, 5.0, 0.0))
         off, _ = self.run(navigation=make.navigated(self.TRUE, track=jump)).navigation_errors()
@@ -340,8 +347,16 @@ class TestNavigation:
         run = self.run(truth=there, navigation=make.navigated(self.TRUE, off=0.0), map_made=True, cans=(can,))
         assert (run.cans_in_map[0].x[0], run.cans_in_map[0].y[0]) == pytest.approx((self.TRUE.x[50], self.TRUE.y[50]))
         assert run.navigation_errors()[0].max() < 1e-6
-        assert "on the map that it made; the true path is laid on its beginning" in page.navigated(run)
+        assert "on the map that it made; the true path is laid on where it was first sure" in page.navigated(run)
         assert self.run(truth=there, navigation=make.navigated(self.TRUE, off=0.0)).navigation_errors()[0].min() > 1.0
+
+    def test_a_saved_map_of_its_own_frame_begins_where_the_robot_was_first_sure(self):
+        there = self.TRUE.seen_from((3.0, 4.0, 1.0))
+        lost = self.TRUE._replace(x=self.TRUE.x + np.where(self.TRUE.time < make.BEGIN + 14.0, 5.0, 0.0))
+        run = self.run(truth=there, navigation=make.navigated(self.TRUE, track=lost), own_frame=True)
+        assert run.navigation_errors()[0].max() < 1e-6
+        assert page.navigated(run)[-1] == (
+            "on a map with a frame of its own; the true path is laid on where it was first sure")
 
     def test_without_truth_it_shows_where_it_believed_to_be(self):
         view = from_above.view_of(self.run(truth=None, map=TestEchoesBesideTheirWalls.ROOM))
@@ -366,6 +381,6 @@ class TestNavigation:
     def test_signs_of_all_that_is_drawn(self):
         sheet = page.figure(self.run())
         shown = [text.get_text() for text in sheet.legends[0].get_texts()]
-        goals = ("goal reached", "goal failed", "goal given up")
+        goals = ("goal reached", "goal failed", "goal replaced")
         for sign in ("true path", "believed", "not sure", "plan", "cloud", *goals):
             assert shown.count(sign) == 1

@@ -135,6 +135,12 @@ def test_places_are_kept_beside_a_map(tmp_path):
         "kitchen": pytest.approx(Pose(1.5, -2.0, math.pi / 2)), "Tür": Pose(0.0, 0.0, 0.0)}
 
 
+def test_a_place_of_numpys_numbers_is_kept(tmp_path):
+    path = tmp_path / "lab.goals.yaml"
+    write_goals({"desk": Pose(*np.array([1.5, -2.0, 0.0]))}, path)
+    assert read_goals(path) == {"desk": Pose(1.5, -2.0, 0.0)}
+
+
 def test_a_forgotten_place_does_not_come_back(tmp_path):
     """The file of places holds all of them, also those of the map, as soon as one was saved or forgotten."""
     path = tmp_path / "lab.map"

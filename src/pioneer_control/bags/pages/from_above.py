@@ -196,7 +196,7 @@ def _draw_navigation(axes: Any, said: Navigated, scale: float) -> None:
         sign, size = ENDED.get(goal.end, ("*", 9.0))
         axes.plot(goal.x, goal.y, sign, color=PURPLE if goal.end in ENDED else "white", markeredgecolor=INK,
                   markeredgewidth=0.6, markersize=size, zorder=8.5,
-                  label="goal " + (goal.end if goal.end in ENDED else "given up"), linestyle="none")
+                  label="goal " + goal.end, linestyle="none")
 
 
 def _draw_echoes(axes: Any, view: TopView) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from ...errors import UsageError
 from ...pictures import FAINT, INK, VERMILLION, draw_frame
 from ..compare import pushes
-from ..recorded_run import ERROR, WARNING, Run
+from ..recorded_run import ERROR, EXPLORED, WARNING, Run
 from ..recording.description import description_of
 from . import from_above, over_time
 from .incidents import Incident, incidents, silences
@@ -201,15 +201,21 @@ def navigated(run: Run) -> List[str]:
         return []
     off, turned = run.navigation_errors()
     unsure = sum(span.end - span.begin for span in said.unsure)
-    reached = sum(goal.end == "reached" for goal in said.goals)
+    sent = [goal.end for goal in said.goals if goal.end != EXPLORED]
+    goals = ["explored"] if len(sent) < len(said.goals) else []
+    if sent or not goals:
+        goals.append("%d of %d goals reached" % (sent.count("reached"), len(sent)) if sent else "no goal")
     accuracy = "while sure %.0f cm and %.1f° off (95 %%: %.0f cm, %.1f°)" % (
         *(scale * np.percentile(values, share) for share in (50, 95) for scale, values in
           ((100.0, off), (np.degrees(1.0), turned))),) if len(off) else ""
+    frame = (["on the map that it made"] if run.map_made else
+             ["on a map with a frame of its own"] if run.own_frame else [])
+    if frame and run.truth is not None:
+        frame.append("the true path is laid on where it was first sure")
     return [words for words in (
-        "Navigation: %d of %d goals reached" % (reached, len(said.goals)) if said.goals else "Navigation: no goal",
+        "Navigation: " + ", ".join(goals),
         "%s not sure where it was" % how_long(unsure) if unsure else "", accuracy,
-        "on the map that it made; the true path is laid on its beginning" if run.map_made and run.truth is not None else
-        "on the map that it made" if run.map_made else "") if words]
+        "; ".join(frame)) if words]
 
 
 def _write_legend(sheet: Sheet, axes: Any, run: Run, timeline: Timeline, left: float, top: float, columns: int) -> None:

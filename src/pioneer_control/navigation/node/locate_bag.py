@@ -1,8 +1,9 @@
 """Where a robot was, or its map, from a bag: ``rosrun pioneer_control locate_bag IN.bag OUT.bag --map lab.yaml``.
 
 The bag may come from this package or from p2os: sonar and pose are enough. The new bag has all of the old one but its
-navigation, amcl_pose, particlecloud and map: these are made anew, as if navigation had run. Without a map one is made,
-and ``--save-map`` saves it. The same bag gives the same poses and the same map.
+navigation, amcl_pose, particlecloud and map, which are made anew as if navigation had run, and its plan, places,
+footprint and diagnostics of navigation. Without a map one is made, and ``--save-map`` saves it. The same bag gives the
+same poses and the same map.
 """
 
 import os
@@ -16,7 +17,7 @@ from nav_msgs.msg import OccupancyGrid
 from ... import msg, standard_messages
 from ...bags.command_line import Progress, parser_of
 from ...bags.converting.messages import kind_of, namespace_of, transducers_of
-from ...bags.reader import BagReader, decode, read_bag
+from ...bags.reader import BagConnection, BagReader, decode, read_bag
 from ...bags.records import BagError
 from ...bags.writer import BagWriter, serialized
 from ...errors import PioneerError, UsageError
@@ -41,6 +42,10 @@ MAP_EVERY = 10.0
 """Time (s) between two states of a map that is made."""
 MADE = ("navigation", "amcl_pose", "particlecloud", "map")
 """The topics that are made. Those of the old bag are left out."""
+TOLD_THEN = ("plan", "places", "footprint", "map_metadata")
+"""Topics of navigation that are left out too: they tell of goals and of a map that the new bag does not have."""
+TASK = ": Navigation"
+"""How the name of the diagnostics of navigation ends."""
 OPTIONS: Dict[str, Dict[str, Any]] = {
     "bag": dict(metavar="IN.bag"),
     "output": dict(metavar="OUT.bag", help="must not exist yet"),
@@ -142,6 +147,44 @@ class Locator:
         return made
 
 
+class OldBag:
+    """What the new bag keeps of the old one.
+
+    Args:
+        reader: the reader of the old bag.
+        robot: namespace of the robot.
+    """
+
+    def __init__(self, reader: BagReader, robot: str):
+        self._left_out = {"%s/%s" % (robot, name) for name in MADE + TOLD_THEN}
+        self._tasks_of = (robot.strip("/") + "/").lstrip("/")
+        self._map, self._truth = robot + "/map", robot + "/truth/map"
+        topics = {each.topic for each in reader.connections}
+        self._map_is_true = (robot + "/ground_truth" in topics and robot + "/navigation" not in topics
+                             and self._truth not in topics)
+
+    def topic(self, topic: str) -> str:
+        """Return what a topic is called in the new bag; empty: it is left out.
+
+        The map of a simulator is that of its world. Navigation has another one, so it gets the name for that case.
+        """
+        if topic == self._map and self._map_is_true:
+            return self._truth
+        return "" if topic in self._left_out else topic
+
+    def data(self, connection: BagConnection, data: bytes) -> bytes:
+        """Return the data of a message, without what the diagnostics of navigation told; empty: nothing is left."""
+        if connection.type != "diagnostic_msgs/DiagnosticArray" or TASK.encode() not in data:
+            return data
+        try:
+            message = decode(connection, data)
+        except BagError:
+            return data
+        message.status = [each for each in message.status if not (
+            each.name.endswith(TASK) and each.name.startswith(self._tasks_of))]
+        return serialized(message) if message.status else b""
+
+
 def locate(source: str, target: str, robot: str, locator: Locator) -> Located:
     """Write the new bag.
 
@@ -151,18 +194,19 @@ def locate(source: str, target: str, robot: str, locator: Locator) -> Located:
     """
     if os.path.lexists(target):
         raise UsageError("%s exists already: name another file for the new bag" % target)
-    left_out = {"%s/%s" % (robot, name) for name in MADE}
     heard = {"%s/pose" % robot, "%s/sonar" % robot}
     numbers: Dict[Any, int] = {}
     with writing(target) as part, closing(BagWriter(part)) as writer, Progress("locating") as progress:
         reader: BagReader = read_bag(source, progress=progress)
+        old = OldBag(reader, robot)
         for message in reader:
             connection = message.connection
-            if message.topic not in left_out:
-                key = message.topic, connection.caller, connection.md5sum, connection.latching
+            kept, data = old.topic(message.topic), old.data(connection, message.data)
+            if kept and (data or not message.data):
+                key = kept, connection.caller, connection.md5sum, connection.latching
                 if key not in numbers:
-                    numbers[key] = writer.connect(message.topic, connection.header)
-                writer.write(numbers[key], message.data, message.time)
+                    numbers[key] = writer.connect(kept, dict(connection.header, topic=kept))
+                writer.write(numbers[key], data, message.time)
             if message.topic not in heard or kind_of(connection) not in ("SonarArray", "pose"):
                 continue
             try:

@@ -4,6 +4,7 @@
 import {$, make, put, show} from "./panel.js";
 
 const SHORT = 14;		// pixels: a shorter drag is a click; a click so near a place means the place
+const SIGN = 20;		// pixels from a place up to the middle of its name
 const DONE = {idle: "○ No goal", driving: "▶ Drives", waiting: "❚❚ Waits", reached: "✔ Is there", failed: "✖ Gave up", silent: "? Silent"};
 const HINTS = {
 	go: "Click where it is to go. Drag to say where it looks then.",
@@ -59,8 +60,9 @@ export class Navigation {
 			make(tools, "button", {id, textContent: words, onclick: () => this.aim(this.mode === id ? null : id)}).setAttribute("aria-keyshortcuts", letter);
 		tools.prepend($("go"), $("here"));
 		make(this.moving.parentElement, "p", {id: "aim", role: "status"});
-		for (const [key, words] of [["G H", "send the robot; say where it is"], ["Esc", "neither"]])
+		for (const [key, words] of [["G H", "send the robot; say where it is"], ["Esc", "give up the click"]])
 			$("help").querySelector("dl").append(Object.assign(document.createElement("dt"), {textContent: key}), Object.assign(document.createElement("dd"), {textContent: words}));
+		$("legend").append(document.createElement("br"), "purple pin: place, line: its plan; black strokes: where it may be");
 		$("to-x").placeholder = $("to-y").placeholder = $("to-turn").placeholder = "0";
 		first.onsubmit = event => this.submit(event, value => this.choosePlace(value));
 		second.onsubmit = event => this.submit(event, value => {
@@ -136,11 +138,16 @@ export class Navigation {
 	release({from, to}) {
 		const {camera} = this.picture, [x, y] = camera.toWorld(from), dragged = lengthOf(from, to) > SHORT;
 		this.drag = null;
-		const near = this.places.find(([, east, north]) => lengthOf(camera.toScreen([east, north]), from) < SHORT);
+		const near = this.places.find(([, ...spot]) => lengthOf(camera.toScreen(spot), from) < SHORT) || this.places.findLast(place => this.onName(place, from));
 		if (dragged) this.tell(this.mode, [x, y, Math.atan2(from[1] - to[1], to[0] - from[0])]);
 		else if (this.mode === "here") this.say("Drag from where it is to where it looks.");
 		else if (near) this.tell("go", near.slice(1));
 		else this.tell("go", [x, y, Math.atan2(y - this.pose[1], x - this.pose[0])]);
+	}
+
+	onName([name, ...spot], [x, y]) {
+		const {camera, ctx} = this.picture, [left, low] = camera.toScreen(spot);
+		return Math.abs(x - left) < ctx.measureText(name).width / 2 + 7 && Math.abs(y - low + SIGN) < 10;
 	}
 
 	show(model, robot, live) {
@@ -173,7 +180,7 @@ export class Navigation {
 			if (navigation.goal) picture.path(ahead(navigation.goal, 9 * pixel), ahead(navigation.goal, 24 * pixel)).stroke("goal", 4);
 			if (drag) picture.disc(camera.toWorld(drag.from), 9 * pixel).stroke(mode === "go" ? "goal" : "person", 3).path(camera.toWorld(drag.from), camera.toWorld(drag.to)).stroke(mode === "go" ? "goal" : "person", 4);
 		});
-		for (const [name, ...spot] of places) picture.plate(name, spot, 20, "goal");
+		for (const [name, ...spot] of places) picture.plate(name, spot, SIGN, "goal");
 		for (const [number, goal] of Object.entries(model.goals)) picture.plate("goal " + number, goal, -22, "goal");
 		if (navigation.sure === false && robot.frame) picture.plate("not sure where", pose, -40, "warn");
 	}
