@@ -15,7 +15,7 @@ from typing import List, NamedTuple
 import numpy as np
 from navigation_cases import case, seeds_of, with_gripper
 from navigation_drive import SPEED, TURN_RATE, set_accelerations
-from navigation_map import Drive, MapRun, calibrated, draw, free_right, transducers, walls_found
+from navigation_map import Drive, MapRun, calibrated, draw, free_right, laid, transducers, walls_found
 from simulated_robot import SimulatedRobot
 
 from pioneer_control.floor_poses import Pose
@@ -42,7 +42,7 @@ class Exploration(NamedTuple):
     goals: int
     contacts: int
     worst: float  #: m, greatest error of its pose
-    found: float  #: share of the walls
+    found: float  #: share of the walls, the map laid on the true one
     ms_mean: float  #: of a packet
     ms_worst: float
     ended: str
@@ -79,10 +79,10 @@ def explored(options: argparse.Namespace, seed: int) -> Exploration:
     pilot.finish()
     grid_map, end = pilot.grid, drive.poses[-1]
     worst = max(off(a, b) for a, b in zip(own, drive.poses))
-    found = float(walls_found(drive, grid_map).mean())
+    found = float(walls_found(drive, grid_map, laid(own, drive.poses)).mean())
     if options.picture:
         os.makedirs(options.picture, exist_ok=True)
-        run = MapRun("explored", seed, found, free_right(drive, grid_map), worst, 0.0, 0.0)
+        run = MapRun("explored", seed, found, found, free_right(drive, grid_map), worst, 0.0, 0.0)
         draw(drive, [(run, grid_map, own)], os.path.join(options.picture, "explore-%d.png" % seed))
     way = sum(off(a, b) for a, b in zip(drive.poses, drive.poses[1:]))
     return Exploration(

@@ -33,12 +33,14 @@ A map where there is none:
 ``sonar_grid``       echoes become cells that are free or occupied
 ``stretch``          a metre of path and what was heard on it; ``wheel_motion``: without the errors of the wheels
 ``scan_match``       finds where a stretch lies on the map
+``wall_directions``  tells the heading by walls that are square to each other
 ``pose_graph``       moves all stretches to where they agree best
 ``exploring``        where to go next, until all that can be reached is known
 
 In the words of the field: `pose_cloud` is a particle filter, `pose_search` global localisation, `certainty` has a CUSUM
 test, `planning` a navigation function (Dijkstra's), `steering` a dynamic window; `sonar_grid` is an occupancy grid, a
-`stretch` a submap, `pose_graph` closes loops, and an end of the map is a frontier.
+`stretch` a submap, `pose_graph` closes loops, `wall_directions` assumes a Manhattan world where it hears one, and an
+end of the map is a frontier.
 
 Everything here is pure: maps, what the robot sensed, and time go in; poses, maps, plans and velocities come out. There
 is no ROS, no clock and no thread but in the folder ``node``.

@@ -1,11 +1,12 @@
 """Makes a map while a robot with sonar drives, by odometry and by the map itself: `Mapper`.
 
 The path is cut into stretches of a metre. When one ends, it is looked for on the map that the others made
-(`scan_match`). What was found, and what odometry measured, are the measurements of a `pose_graph`; its solution moves
-all stretches, also old ones, and tells the lasting errors of the wheels. Stretches that moved are drawn anew
-(`sonar_grid`). All are looked for again and again, in turn: the first were found on a map that was still thin, and this
-also closes loops. The work is done a costly step at each packet, so that none takes long. There is no chance in it: a
-map made twice of the same data is the same.
+(`scan_match`); the straight walls beside it tell its heading, where walls are square (`wall_directions`). What was
+found, and what odometry measured, are the measurements of a `pose_graph`; its solution moves all stretches, also old
+ones, and tells the lasting errors of the wheels. Stretches that moved are drawn anew (`sonar_grid`). All are looked for
+again and again, in turn: the first were found on a map that was still thin, and this also closes loops. The work is
+done a costly step at each packet, so that none takes long. There is no chance in it: a map made twice of the same data
+is the same.
 """
 
 import math
@@ -21,8 +22,9 @@ from .pose_graph import Between, PoseGraph
 from .scan_match import Match, match, wall_points
 from .sonar_grid import SonarBeams, SonarGrid, Votes
 from .stretch import Ears, Stretch
-from .tuned import MapNumbers, MapperNumbers, MatchNumbers
+from .tuned import MapNumbers, MapperNumbers, MatchNumbers, WallNumbers
 from .values import Sensing
+from .wall_directions import wall_directions
 from .wheel_motion import WheelBias
 from .wheel_motion import path as wheel_path
 
@@ -59,7 +61,7 @@ class Mapper:
 
     Args:
         transducers: the sonar of the robot.
-        map_numbers, match_numbers, numbers: what was tuned.
+        map_numbers, match_numbers, wall_numbers, numbers: what was tuned.
         pose: where the robot is at the first packet (map frame).
         corrects: whether the map may correct the odometry.
 
@@ -68,12 +70,15 @@ class Mapper:
     """
 
     def __init__(self, transducers: Sequence[Transducer], map_numbers: MapNumbers = MapNumbers(),
-                 match_numbers: MatchNumbers = MatchNumbers(), numbers: MapperNumbers = MapperNumbers(),
-                 pose: Pose = Pose(0.0, 0.0, 0.0), corrects: bool = True) -> None:
+                 match_numbers: MatchNumbers = MatchNumbers(), wall_numbers: WallNumbers = WallNumbers(),
+                 numbers: MapperNumbers = MapperNumbers(), pose: Pose = Pose(0.0, 0.0, 0.0),
+                 corrects: bool = True) -> None:
         self.pose = pose
-        self._numbers, self._match_numbers, self._corrects = numbers, match_numbers, corrects
+        self._numbers, self._match_numbers, self._wall_numbers = numbers, match_numbers, wall_numbers
+        self._corrects = corrects
         self._grid = SonarGrid(map_numbers)
-        self._graph = PoseGraph(pose, (numbers.distance_bias, numbers.turning_bias, numbers.veer_bias), numbers.doubt)
+        self._graph = PoseGraph(pose, (numbers.distance_bias, numbers.turning_bias, numbers.veer_bias), numbers.doubt,
+                                wall_numbers)
         self._ears = Ears(transducers)
         self._drawn: List[_Drawn] = []
         self._odometry: Optional[Pose] = None
@@ -236,6 +241,9 @@ class Mapper:
         numbers = self._numbers
         beams = self._readings(number)
         if self._corrects and len(beams.x) >= numbers.least_count:
+            self._graph.set_walls(number, wall_directions(
+                self._drawn[number].stretch.beams(self._graph.bias), self._wall_numbers))
+            yield
             pose, reach, turn = self._graph.pose(number), share * numbers.window, share * numbers.window_turn
             found = self._match(number, beams, pose, reach, turn)
             yield

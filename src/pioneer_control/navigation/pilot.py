@@ -108,7 +108,8 @@ class OwnMap:
     """
 
     def __init__(self, chassis: Chassis, numbers: NavigationNumbers, start: Pose):
-        self._mapper = Mapper(chassis.transducers, numbers.sonar_grid, numbers.scan_match, numbers.mapper, start)
+        self._mapper = Mapper(chassis.transducers, numbers.sonar_grid, numbers.scan_match, numbers.wall_directions,
+                              numbers.mapper, start)
         self._wide = chassis.half_width + numbers.planning.keep
         self._covariance = np.diag((0.1, 0.1, 0.05)) ** 2      # within a stretch of path
 

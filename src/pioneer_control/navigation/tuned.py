@@ -253,6 +253,23 @@ class MatchNumbers:
 
 
 @dataclass(frozen=True)
+class WallNumbers:
+    """How straight walls are found in what a stretch of path heard, and held square (`wall_directions`)."""
+
+    reach: float = parameter(2.5, Number(0.5, 5.0), "echoes from farther away are not used", "m")
+    half_cone: float = parameter(0.218, Number(0.05, 0.6), "from the axis of a sonar cone to its edge", "rad")
+    band: float = parameter(0.04, Number(0.01, 0.2), "a reading belongs to a wall when it is so near to it", "m")
+    least: int = parameter(6, Whole(3, 100), "readings that must agree on a wall")
+    span: float = parameter(0.6, Number(0.2, 2.0), "way along the wall on which they must lie", "m")
+    most: int = parameter(3, Whole(1, 10), "walls that are looked for in a stretch")
+    least_walls: int = parameter(5, Whole(2, 100), "fewer walls do not tell whether walls are square to each other")
+    square: float = parameter(0.07, Number(0.01, 0.3), "walls are taken as square when they are off by less", "rad")
+    share: float = parameter(
+        0.7, Number(0.3, 1.1), "share of all walls that must be square, or none is held so; above 1: none ever is")
+    slack: float = parameter(0.01, Number(0.001, 0.2), "added to the deviation of a wall's direction", "rad")
+
+
+@dataclass(frozen=True)
 class MapperNumbers:
     """When a map is corrected (`mapping`)."""
 
@@ -314,5 +331,6 @@ class NavigationNumbers(NamedTuple):
     navigator: NavigatorNumbers = NavigatorNumbers()
     sonar_grid: MapNumbers = MapNumbers()
     scan_match: MatchNumbers = MatchNumbers()
+    wall_directions: WallNumbers = WallNumbers()
     mapper: MapperNumbers = MapperNumbers()
     exploring: ExploringNumbers = ExploringNumbers()

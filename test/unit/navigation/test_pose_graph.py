@@ -7,6 +7,7 @@ import pytest
 
 from pioneer_control.floor_poses import Pose, compose, relative
 from pioneer_control.navigation.pose_graph import Between, PoseGraph
+from pioneer_control.navigation.wall_directions import WallDirection
 
 NONE = np.zeros((3, 3))
 
@@ -85,3 +86,39 @@ def test_its_steps_may_be_made_one_at_a_time():
     for _ in range(3):
         graphs[1][0].solve(1)
     assert graphs[1][0].poses == pytest.approx(graphs[0][0].poses, abs=1e-5)
+
+
+WALLS = (WallDirection(0.3, 0.01), WallDirection(0.3 - math.pi / 2, 0.01))
+
+
+def test_walls_that_are_square_keep_a_way_straight():
+    wrong = Pose(1.0, 0.0, 0.05)
+    plain, held = (PoseGraph(Pose(0.0, 0.0, 0.0), (0.1, 0.1, 0.1), 3.0) for _ in range(2))
+    for graph in (plain, held):
+        for number in range(12):
+            if graph is held:
+                graph.set_walls(number, WALLS)
+            graph.add_node(compose(graph.pose(number), wrong))
+            graph.add(Between(number, number + 1, wrong, np.diag((50.0, 50.0, 20.0)), NONE, False))
+            graph.solve(2)
+    assert abs(plain.poses[-1, 1]) > 2.0
+    assert abs(held.poses[-1, 1]) < 0.3
+
+
+def test_walls_that_are_not_square_change_nothing():
+    graph, _ = square(0.05)
+    before = graph.poses.copy()
+    for node in range(9):
+        graph.set_walls(node, [WallDirection(0.7 * node * node, 0.01)])
+    graph.solve(3)
+    assert graph.poses == pytest.approx(before, abs=1e-6)
+
+
+def test_the_walls_of_a_node_take_the_place_of_those_before():
+    graph, _ = square(0.05)
+    before = graph.poses.copy()
+    for walls in (WALLS, ()):
+        for node in range(9):
+            graph.set_walls(node, walls)
+    graph.solve(3)
+    assert graph.poses == pytest.approx(before, abs=1e-6)
