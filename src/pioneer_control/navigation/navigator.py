@@ -8,7 +8,7 @@ import enum
 import math
 import re
 from collections import deque
-from typing import Any, Deque, List, NamedTuple, Optional, Protocol, Tuple
+from typing import Any, Deque, List, NamedTuple, Optional, Protocol, Sequence, Tuple
 
 import numpy as np
 
@@ -48,6 +48,10 @@ class Whereabouts(Protocol):
     @property
     def reason(self) -> str:
         """Why it is not sure, for people."""
+
+    @property
+    def line(self) -> Sequence[Pose]:
+        """Poses along a line on which the robot is for certain, when only where on it is not sure; else empty."""
 
 
 class Readiness(NamedTuple):
@@ -324,19 +328,49 @@ class Navigator:
         return self._ended
 
     def _look_around(self, task: _Task, where: Optional[Whereabouts], now: float) -> Decision:
-        """Wait until the robot knows where it is. It may turn on the spot where it touches nothing."""
+        """Wait until the robot knows where it is. It may turn on the spot where it touches nothing.
+
+        Turning does not tell it how far along a corridor it is. If nothing else is in doubt, it looks from elsewhere.
+        """
         numbers = self._numbers.navigator
         task.planned_at, task.at_goal = -math.inf, False
         reason = _LOST if where is None or not where.reason else where.reason
-        twist = STOP
-        around = self._around(self._reckoned(), now)
-        if (abs(self._velocity.linear) < _STANDS and numbers.unsure_turn > 0.0 and around.apart >= numbers.give_way
-                and not self._somebody_beside(self._reckoned(), now)):
-            rate = math.copysign(min(numbers.unsure_turn, self._chassis.max_angular), self._side(task, where, now))
-            turns = [each for each in (rate, -rate) if self._steering.may_turn(each, self._velocity, around)]
-            twist = Twist(0.0, turns[0]) if turns else STOP
+        twist, reckoned = STOP, self._reckoned()
+        around = self._around(reckoned, now)
+        if around.apart >= numbers.give_way and not self._somebody_beside(reckoned, now):
+            if where is not None and where.line and _LOOKS_AHEAD < self._waited(task, now) < numbers.unsure_drive:
+                twist = self._along(where, now)
+            if twist == STOP and abs(self._velocity.linear) < _STANDS and numbers.unsure_turn > 0.0:
+                rate = math.copysign(min(numbers.unsure_turn, self._chassis.max_angular), self._side(task, where, now))
+                turns = [each for each in (rate, -rate) if self._steering.may_turn(each, self._velocity, around)]
+                twist = Twist(0.0, turns[0]) if turns else STOP
         task.last_twist = twist
         return self._wait(task, _LOST, Decision(twist, State.WAITING, reason), now)
+
+    def _along(self, where: Whereabouts, now: float) -> Twist:
+        """Return the velocity with which the robot goes slowly on along the line on which it is, or a stop.
+
+        As always, it drives only where a transducer looks, and stops before what it hears. It also keeps off the walls
+        of the map as they are around each pose on the line.
+        """
+        numbers = self._numbers.navigator
+        (x, y, _), (end_x, end_y, _), pose = where.line[0], where.line[-1], where.pose
+        direction = math.atan2(end_y - y, end_x - x)
+        if abs(wrapped(direction - pose.heading)) > math.pi / 2.0:
+            direction += math.pi
+        ahead = Pose(pose.x + math.cos(direction), pose.y + math.sin(direction), direction)
+        around = self._around(None, now)
+        walls = [cells_near(self._map, self._edges, each, _NEAR) for each in where.line]
+        around = around._replace(standing_x=np.concatenate([around.standing_x, *(x for x, _ in walls)]),
+                                 standing_y=np.concatenate([around.standing_y, *(y for _, y in walls)]))
+        live = self._obstacles.live(now - numbers.silent)
+        twist = self._steering.finish(pose, self._velocity, around, live, ahead, turn_only=False).twist
+        slower = min(1.0, numbers.unsure_speed / max(abs(twist.linear), 1e-9))
+        return Twist(twist.linear * slower, twist.angular * slower if twist.linear else twist.angular)
+
+    def _waited(self, task: _Task, now: float) -> float:
+        """Return for how long (s) the robot has not known where it is."""
+        return 0.0 if task.waiting_since is None or task.waiting_kind != _LOST else now - task.waiting_since
 
     def _somebody_beside(self, pose: Optional[Pose], now: float) -> bool:
         """Return whether something is beside the robot that came lately, and is no wall if the robot is at a pose.
@@ -359,9 +393,9 @@ class Navigator:
         First it turns to where its way probably begins, and there to and fro: so it can drive off as soon as it is
         sure. If that does not tell it where it is, it turns round and round.
         """
-        begun = now if task.waiting_since is None or task.waiting_kind != _LOST else task.waiting_since
         turned = task.last_twist.angular
-        if where is None or not all(map(math.isfinite, where.pose)) or now - begun > _LOOKS_AHEAD and turned:
+        if turned and self._waited(task, now) > _LOOKS_AHEAD or where is None or not all(
+                map(math.isfinite, where.pose)):
             return turned
         if task.map_plan is None:
             task.map_plan = self._floor.to(task.goal[:2])
@@ -389,7 +423,7 @@ class Navigator:
             task.blocked_since = task.blocked_at = None
         task.last_twist = choice.twist
         if not choice.blocked:
-            return Decision(choice.twist, State.DRIVING, self._doing(task, choice.reason))
+            return Decision(choice.twist, State.DRIVING, _doing(task, choice.reason))
         if task.blocked_since is None:
             task.blocked_since, task.blocked_at = now, pose
         return Decision(STOP, State.WAITING, choice.reason)
@@ -423,28 +457,13 @@ class Navigator:
         unmapped = self._unmapped(pose)
         plan = self._floor.past(task.map_plan, unmapped, pose[:2])
         task.planned_at = now
-        task.obstacle_on_way = self._stands_on(unmapped, task.map_plan.points_from(pose[:2]))
+        task.obstacle_on_way = _stands_on(unmapped, task.map_plan.points_from(pose[:2]),
+                                          self._chassis.half_width + self._numbers.planning.keep)
         if task.plan is not None and now - task.plan_taken_at < numbers.plan_kept:
             kept = plan.cost_of_way(task.plan.points_from(pose[:2]))
             if float(plan.cost(np.array(pose.x), np.array(pose.y))) > numbers.better * kept:
                 return
         task.plan, task.plan_taken_at = plan, now
-
-    def _stands_on(self, places: Array, way: List[Point]) -> bool:
-        """Return whether one of some places (m, map frame) is on the next two metres of a way."""
-        if not len(places) or not way:
-            return False
-        points = np.array(way)
-        steps = np.hypot(*np.diff(points, axis=0).T)
-        points = points[np.append(0.0, np.cumsum(steps)) < 2.0]
-        apart = np.hypot(*(places[:, np.newaxis] - points).transpose(2, 0, 1))
-        return bool(apart.min() < self._chassis.half_width + self._numbers.planning.keep)
-
-    def _doing(self, task: _Task, reason: str) -> str:
-        """Return what it does, for people; on its way, with the length (m) of what is left of it."""
-        if reason != "on the way":
-            return reason
-        return "%s, %.1f m to go" % (_GOING_ROUND if task.obstacle_on_way else reason, length_of(task.way))
 
     def _choose(self, task: _Task, pose: Pose, around: Around, live: List[int], now: float) -> Optional[SteeringChoice]:
         """Return the next velocity, or None when the robot stands at the goal. Note in the task whether it is there."""
@@ -510,6 +529,24 @@ class Navigator:
 def _apart(one: Pose, other: Pose) -> float:
     """Return the distance (m) of two poses."""
     return math.hypot(one.x - other.x, one.y - other.y)
+
+
+def _stands_on(places: Array, way: List[Point], near: float) -> bool:
+    """Return whether one of some places (m, map frame) is nearer than `near` (m) to the next two metres of a way."""
+    if not len(places) or not way:
+        return False
+    points = np.array(way)
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    points = points[np.append(0.0, np.cumsum(steps)) < 2.0]
+    apart = np.hypot(*(places[:, np.newaxis] - points).transpose(2, 0, 1))
+    return bool(apart.min() < near)
+
+
+def _doing(task: _Task, reason: str) -> str:
+    """Return what the robot does, for people; on its way, with the length (m) of what is left of it."""
+    if reason != "on the way":
+        return reason
+    return "%s, %.1f m to go" % (_GOING_ROUND if task.obstacle_on_way else reason, length_of(task.way))
 
 
 def _rim(outline: Tuple[Point, ...]) -> List[Point]:

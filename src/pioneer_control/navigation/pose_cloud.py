@@ -1,7 +1,7 @@
 """A cloud of poses (particles) that says where the robot may be: it moves with the robot, and readings weigh it."""
 
 import math
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Tuple
 
 import numpy as np
 
@@ -24,8 +24,26 @@ class Spread(NamedTuple):
     @property
     def position(self) -> float:
         """Standard deviation of the position (m), in the direction in which it is greatest."""
+        middle, half = self._axes
+        return math.sqrt(middle + half)
+
+    @property
+    def across(self) -> float:
+        """Standard deviation of the position (m), in the direction in which it is least."""
+        middle, half = self._axes
+        return math.sqrt(max(0.0, middle - half))
+
+    @property
+    def direction(self) -> float:
+        """The direction (rad, map frame) in which the standard deviation of the position is greatest."""
         (xx, xy), (_, yy) = self.covariance[:2, :2].tolist()
-        return math.sqrt((xx + yy) / 2.0 + math.hypot((xx - yy) / 2.0, xy))
+        return math.atan2(2.0 * xy, xx - yy) / 2.0
+
+    @property
+    def _axes(self) -> Tuple[float, float]:
+        """The mean of the greatest and the least variance of the position (m^2), and half their difference."""
+        (xx, xy), (_, yy) = self.covariance[:2, :2].tolist()
+        return (xx + yy) / 2.0, math.hypot((xx - yy) / 2.0, xy)
 
     @property
     def heading(self) -> float:
@@ -76,13 +94,19 @@ class PoseCloud:
         turn_error = math.sqrt(tuned.noise_turn_of_way ** 2 * way + tuned.noise_turn ** 2 * turn)
         self.poses[:, 2] += step.heading + scatter[2] * turn_error
 
-    def weigh(self, logs: Array, count: int) -> None:
-        """Weigh each pose by a log-likelihood. When few poses have most of the weight, draw `count` poses anew."""
+    def weigh(self, logs: Array, count: int, scatter: float = 0.0) -> None:
+        """Weigh each pose by a log-likelihood. When few poses have most of the weight, draw `count` poses anew.
+
+        `scatter`: the standard deviation (m, rad) of each pose that is drawn about the one that it comes from. Without,
+        the few of a wide cloud that fit are all that is left of it, while the robot does not drive.
+        """
         self._logs += logs
         self._logs -= self._logs.max()
         weights = np.exp(self._logs)
         if weights.sum() ** 2 < 0.5 * len(weights) * np.square(weights).sum() or count != len(weights):
             self.poses = self.poses[_chosen(weights, count, self._luck)]
+            if scatter:
+                self.poses += self._luck.normal(0.0, scatter, (count, 3))
             self._logs = np.zeros(count)
 
     def spread(self) -> Spread:

@@ -41,6 +41,9 @@ class LocalisationNumbers:
 
     particles: int = parameter(300, Whole(50, 20000), "poses in the cloud, while one place is likely")
     particles_searching: int = parameter(1200, Whole(50, 20000), "poses in the cloud, while several places are likely")
+    roughening: float = parameter(
+        0.02, Number(0.0, 0.2), "while it is not sure, poses that are drawn anew scatter so much about those before",
+        "m, rad")
     noise_way: float = parameter(
         0.05, Number(0.0, 1.0), "standard deviation of a way of 1 m by the wheels; it grows with the root of the way",
         "m")
@@ -85,6 +88,8 @@ class LocalisationNumbers:
 
     sure_position: float = parameter(0.3, Number(0.01, 5.0), "greatest spread of the cloud to be sure", "m")
     sure_heading: float = parameter(0.25, Number(0.01, 3.0), "greatest spread of the headings to be sure", "rad")
+    longest_line: float = parameter(
+        1.2, Number(0.0, 5.0), "greatest spread of the cloud for the robot to be sure to be on a line", "m")
     sure_way: float = parameter(
         0.5, Number(0.0, 100.0), "way in motion with readings that the place explains, before it is sure", "m")
     sure_searches: int = parameter(
@@ -200,6 +205,10 @@ class NavigatorNumbers:
     stale: float = parameter(0.5, Number(0.1, 5), "what the robot senses is too old after this time", "s")
     silent: float = parameter(1.0, Number(0.2, 10), "a transducer that has not fired for this time does not look", "s")
     unsure_turn: float = parameter(0.4, Number(0, 2), "turn rate with which it looks around when unsure", "rad/s")
+    unsure_speed: float = parameter(
+        0.15, Number(0, 1), "speed with which it looks from elsewhere when unsure only of where it is along a line",
+        "m/s")
+    unsure_drive: float = parameter(30.0, Number(0, 600), "only so long after it stopped to be sure it drives so", "s")
     unsure_beside: float = parameter(
         10.0, Number(0, 600), "it does not look around beside what is no wall and came a shorter time ago", "s")
     patience: float = parameter(60.0, Number(1, 3600), "time without progress after which it gives up", "s")

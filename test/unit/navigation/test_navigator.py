@@ -21,8 +21,8 @@ START = Pose(1.0, 1.0, 0.0)
 class Spot:
     """A place for the navigator."""
 
-    def __init__(self, pose, sure=True, reason=""):
-        self.pose, self.sure, self.reason = pose, sure, reason
+    def __init__(self, pose, sure=True, reason="", line=()):
+        self.pose, self.sure, self.reason, self.line = pose, sure, reason, line
 
 
 class Run:
@@ -385,6 +385,48 @@ def test_it_looks_around_also_in_a_corridor():
     cells[52:, :] = cells[:28, :] = OCCUPIED
     run = Run(GridMap(cells, 0.05, (0.0, 0.0)), "p3at-sh", Pose(3.0, 2.0, 0.0)).driving((5.0, 2.0, None))
     assert any(run.step(where=lost()).twist.angular for _ in range(50))
+
+
+def corridor():
+    """Return the map of a corridor of 6 x 1.2 m along x."""
+    cells = room().cells.copy()
+    cells[52:, :] = cells[:28, :] = OCCUPIED
+    return GridMap(cells, 0.05, (0.0, 0.0))
+
+
+def somewhere_along(run, back=0.8, ahead=0.8):
+    """Return where a robot is that knows all but how far along a corridor it is."""
+    x, y, heading = run.pose
+    return Spot(run.pose, False, "I may be 0.4 m away from there", [
+        Pose(x + off, y, heading) for off in np.linspace(-back, ahead, 9)])
+
+
+@pytest.mark.parametrize("heading", [0.3, 2.8])
+def test_unsure_only_of_where_along_a_corridor_it_looks_from_elsewhere_slowly_and_not_for_too_long(heading):
+    run = Run(corridor(), "amigo-sh", Pose(3.0, 2.0, heading))
+    run.navigator = Navigator(run.walls, run.chassis, NavigationNumbers(navigator=NavigatorNumbers(unsure_drive=14.0)))
+    run.driving((5.0, 2.0, None))
+    start, speeds, places = run.pose.x, [], []
+    for _ in range(400):
+        speeds.append(run.step(where=somewhere_along(run)).twist.linear)
+        places.append(abs(run.pose.x - start))
+        assert run.decision.state is State.WAITING and abs(run.pose.y - 2.0) < 0.2
+    assert not any(speeds[:50]) and 0.1 < max(np.abs(speeds)) <= 0.15 and not any(speeds[145:])
+    assert 0.8 < max(places) < 1.4
+
+
+@pytest.mark.parametrize("posts, ahead, least, most", [((), 0.8, 0.9, 2.0), ([(3.9, 2.0)], 0.8, 0.3, 0.6),
+                                                       ((), 2.5, 0.1, 0.3)])
+def test_along_a_corridor_it_stops_before_what_it_hears_and_where_a_wall_may_be(posts, ahead, least, most):
+    run = Run(corridor(), "amigo-sh", Pose(3.0, 2.0, 0.0), posts)
+    run.navigator = Navigator(run.walls, run.chassis)
+    run.step()
+    run.navigator.go_to(5.0, 2.0, None, run.time)
+    places = []
+    for _ in range(150):
+        run.step(where=somewhere_along(run, 0.8, ahead))
+        places.append(run.pose.x - 3.0)
+    assert least < max(places) < most
 
 
 def test_it_does_not_turn_into_a_wall_that_gave_no_echo():
