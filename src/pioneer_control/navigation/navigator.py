@@ -8,19 +8,20 @@ import enum
 import math
 import re
 from collections import deque
-from typing import Any, Deque, List, NamedTuple, Optional, Protocol, Sequence, Tuple
+from typing import Any, Deque, Iterable, List, NamedTuple, Optional, Protocol, Sequence, Tuple
 
 import numpy as np
 
 from ..floor_poses import Pose, compose, relative, wrapped
 from ..maps.grid_map import GridMap
+from .aside import Aside
 from .chassis import Chassis, distance_outside
 from .frames import into, out_of
 from .lateness import Lateness
 from .obstacles import Obstacles, cells_near, edge_cells
 from .planning import DrivableFloor, RoutePlan, length_of
 from .steering import NOWHERE, Around, SteeringChoice, Steering
-from .tuned import NavigationNumbers
+from .tuned import NavigationNumbers, NavigatorNumbers
 from .values import STOP, Point, Sensing, Twist
 
 Array = Any     # of numpy
@@ -104,7 +105,7 @@ class Accelerations(NamedTuple):
 class _Task:
     """A goal, and how far the robot has come with it."""
 
-    def __init__(self, goal: Pose, with_heading: bool, now: float):
+    def __init__(self, goal: Pose, with_heading: bool, now: float, numbers: NavigatorNumbers):
         self.goal, self.with_heading = goal, with_heading
         self.at_goal = False
         self.plan: Optional[RoutePlan] = None
@@ -122,6 +123,7 @@ class _Task:
         self.stall_count = 0
         self.blocked_since: Optional[float] = None      # s; None: it is not blocked
         self.blocked_at: Optional[Pose] = None          # pose (map frame) then
+        self.aside = Aside(numbers)
 
 
 class Navigator:
@@ -202,7 +204,8 @@ class Navigator:
         """
         refusal = self._refusal(x, y, heading)
         if not refusal:
-            self._task = _Task(Pose(x, y, heading or 0.0), heading is not None, now)
+            self._task = _Task(Pose(x, y, heading or 0.0), heading is not None, now,
+                               self._numbers.navigator)
         elif self._task is None:
             self._ended = Decision(STOP, State.FAILED, refusal)
         return refusal
@@ -407,7 +410,7 @@ class Navigator:
         numbers = self._numbers
         if now - task.planned_at >= numbers.navigator.replan or task.plan is None:
             self._plan_anew(task, pose, now)
-        if now - task.progress_at > numbers.navigator.patience:
+        if now - task.progress_at > numbers.navigator.patience or task.aside.count > numbers.navigator.most_asides:
             return self._end(State.FAILED, "gave up: no way on for %.0f s, %.2f m from the goal" % (
                 now - task.progress_at, _apart(task.goal, pose)))
         around, live = self._around(pose, now), self._obstacles.live(now - numbers.navigator.silent)
@@ -479,20 +482,23 @@ class Navigator:
                 still = abs(self._velocity.linear) < 0.03 and abs(self._velocity.angular) < 0.05
                 return None if still else SteeringChoice(STOP, "at the goal, stopping")
             return self._steering.finish(pose, self._velocity, around, live, goal, turn_only=True)
-        if distance < numbers.final and self._floor.straight(pose[:2], goal[:2]):
+        if task.aside.is_due(task.progress_at, now) and task.planned_at < now:     # one plan a packet
+            task.aside.begin(self._floor, pose, self._unmapped(pose), now)
+        aside = task.aside.plan(pose, task.progress_at, now)
+        if aside is None and distance < numbers.final and self._floor.straight(pose[:2], goal[:2]):
             choice = self._steering.finish(pose, self._velocity, around, live, goal, turn_only=False)
             if not choice.blocked:
                 return choice
+        return self._on(task, aside or plan, pose, around, live, now)
+
+    def _on(self, task: _Task, plan: RoutePlan, pose: Pose, around: Around, live: List[int],
+            now: float) -> SteeringChoice:
+        """Return the velocity that leads on along a plan."""
+        assert self._last is not None
         blocked = max(0.0 if task.blocked_since is None else now - task.blocked_since,
                       now - task.progress_at - self._numbers.navigator.slow)
-        trail = self._lately() if blocked > 0.0 else NOWHERE
+        trail = _seen_from(self._last.odometry, self._trail) if blocked > 0.0 else NOWHERE
         return self._steering.choose(pose, self._velocity, around, live, plan, blocked, task.last_twist, trail)
-
-    def _lately(self) -> Array:
-        """Return where the robot was lately (robot's frame), as an array (number, 3)."""
-        assert self._last is not None
-        x, y, heading = np.array(self._trail).T
-        return np.column_stack((*into(self._last.odometry, x, y), heading - self._last.odometry.heading))
 
     def _reckoned(self) -> Optional[Pose]:
         """Return where the robot should be by the wheels since it was sure; None if it never was."""
@@ -529,6 +535,12 @@ class Navigator:
 def _apart(one: Pose, other: Pose) -> float:
     """Return the distance (m) of two poses."""
     return math.hypot(one.x - other.x, one.y - other.y)
+
+
+def _seen_from(odometry: Pose, trail: Iterable[Pose]) -> Array:
+    """Return where the robot was lately (robot's frame), as an array (number, 3); odometry: where it is now."""
+    x, y, heading = np.array(trail).T
+    return np.column_stack((*into(odometry, x, y), heading - odometry.heading))
 
 
 def _stands_on(places: Array, way: List[Point], near: float) -> bool:

@@ -461,6 +461,22 @@ def test_it_gives_up_when_the_only_way_stays_blocked():
     assert run.pose.x < 2.85
 
 
+def test_it_goes_aside_for_who_waits_until_it_is_gone_and_gives_up_at_last_for_what_stays():
+    numbers = NavigationNumbers(navigator=NavigatorNumbers(aside_after=5.0, most_asides=2))
+    for leaves in (True, False):
+        run = Run(corridor(), start=Pose(1.5, 2.0, 0.0), posts=[(3.0, 1.8), (3.0, 2.2)])
+        run.navigator = Navigator(run.walls, run.chassis, numbers)
+        run.step()
+        assert run.navigator.go_to(4.5, 2.0, None, run.time) == ""
+        nearest = 0.0
+        while run.step().state not in (State.REACHED, State.FAILED) and run.time < 300.0:
+            nearest = max(nearest, run.pose.x)
+            if leaves and run.pose.x < nearest - 0.5:
+                run.posts = ()
+        assert run.decision.state is (State.REACHED if leaves else State.FAILED)
+    assert "no way on" in run.decision.reason and run.time < 160.0
+
+
 def test_a_cost_that_changes_with_the_map_is_no_progress(monkeypatch):
     """A robot that stood before a changing map of its own thought for 18 minutes that it got on."""
     run = Run(posts=[(1.0 + 0.4 * math.cos(a), 1.0 + 0.4 * math.sin(a)) for a in np.arange(0.0, 6.2, 0.2)])
