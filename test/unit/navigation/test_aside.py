@@ -43,7 +43,8 @@ def test_it_is_due_some_time_after_the_last_progress_and_after_the_last_one():
 
 
 @pytest.mark.parametrize("progress, now, arrives, goes", [
-    (100.0, 131.0, False, True), (100.0, 141.0, False, False), (131.0, 132.0, False, False), (100.0, 131.0, True, False)])
+    (100.0, 131.0, False, True), (100.0, 141.0, False, False), (131.0, 132.0, False, False),
+    (100.0, 131.0, True, False)])
 def test_it_is_on_its_way_there_until_it_is_there_or_its_time_is_over_or_it_gets_on(progress, now, arrives, goes):
     aside = begun()
     place = aside.plan(HERE, 100.0, 130.1).goal
