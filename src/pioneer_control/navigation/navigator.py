@@ -523,7 +523,8 @@ class Navigator:
         assert self._last is not None
         x, y = into(self._last.odometry, places.x, places.y)
         walking = ~places.mapped & (now - places.time < tuned.young)
-        unproven = ~places.mapped & (now - places.since < tuned.proves_still)
+        unproven = ~places.mapped & (places.time - places.since < tuned.proves_still) & (
+            now - places.time < tuned.proves_still)
         off = distance_outside(self._chassis.outline, x, y)
         apart, beside = (math.inf if self._through_unknown else float(off[which].min(initial=math.inf))
                          for which in (unproven, walking))

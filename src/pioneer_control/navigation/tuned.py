@@ -147,6 +147,9 @@ class ObstacleNumbers:
     young: float = parameter(1.5, Number(0, 60), "an echo younger than this may be of somebody who walks", "s")
     proves_still: float = parameter(2.0, Number(0, 60), "what was heard in one place for this time stands still", "s")
     same_place: float = parameter(0.2, Number(0.01, 1), "echoes so near to the first one are from one place", "m")
+    same_place_near: float = parameter(
+        0.05, Number(0.01, 1), "the same for an echo from 0 m; up to `same_place`, each metre of range adds to it", "m")
+    same_place_share: float = parameter(0.25, Number(0, 2), "what each metre of range adds: it is of an arc")
     seen_through: float = parameter(0.2, Number(0.02, 2), "an echo from this much farther has passed an obstacle", "m")
     passes: int = parameter(2, Whole(1, 50), "so often an echo must pass an obstacle until it is forgotten")
 

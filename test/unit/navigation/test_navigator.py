@@ -16,6 +16,7 @@ from pioneer_control.navigation.values import STOP, Firing, Sensing, Twist
 WELL = Readiness()
 SOON = NavigationNumbers(navigator=NavigatorNumbers(wait=6.0, patience=9.0))
 START = Pose(1.0, 1.0, 0.0)
+WALL = [(3.9, 1.6 + 0.1 * number) for number in range(9)]
 
 
 class Spot:
@@ -131,6 +132,18 @@ def test_it_stands_while_somebody_walks_beside_it_and_goes_on_after():
         assert step < 6 or step > 20 or stands(run)
     run.posts = ()
     assert run.until(State.REACHED, State.FAILED).state is State.REACHED
+
+
+def test_who_stood_beside_it_for_a_moment_and_is_not_heard_any_more_may_be_where_no_transducer_looks():
+    run = Run(subtype="amigo-sh", start=Pose(1.0, 2.0, 0.0))
+    run.step()
+    assert run.navigator.go_to(5.0, 2.0, None, run.time) == ""
+    for seconds, post in ((1.5, (1.07, 2.34)), (1.7, (0.88, 2.3))):
+        run.posts, end = [post], run.time + seconds
+        while run.time < end:
+            run.step()
+            assert stands(run) and run.pose.x == 1.0
+    assert run.until(State.DRIVING, seconds=0.6).state is State.DRIVING
 
 
 def test_it_goes_on_beside_what_has_proved_to_stand_still():
@@ -415,7 +428,7 @@ def test_unsure_only_of_where_along_a_corridor_it_looks_from_elsewhere_slowly_an
     assert 0.8 < max(places) < 1.4
 
 
-@pytest.mark.parametrize("posts, ahead, least, most", [((), 0.8, 0.9, 2.0), ([(3.9, 2.0)], 0.8, 0.3, 0.6),
+@pytest.mark.parametrize("posts, ahead, least, most", [((), 0.8, 0.9, 2.0), (WALL, 0.8, 0.3, 0.6),
                                                        ((), 2.5, 0.1, 0.3)])
 def test_along_a_corridor_it_stops_before_what_it_hears_and_where_a_wall_may_be(posts, ahead, least, most):
     run = Run(corridor(), "amigo-sh", Pose(3.0, 2.0, 0.0), posts)

@@ -158,6 +158,19 @@ def test_what_stands_is_known_since_its_first_echo_and_what_walks_since_a_moment
     assert (newest(stands) == 1.0).all() and newest(walks).min() > 2.3
 
 
+@pytest.mark.parametrize("distance, notices", [(0.3, 0.16), (0.5, 0.2), (1.5, 0.24)])
+def test_who_stood_for_long_and_begins_to_walk_is_noticed_the_sooner_the_nearer(distance, notices):
+    obstacles, time, way = memory(), 1.0, 0.0
+    for _ in range(30):
+        hear(obstacles, distance, time)
+        time += 0.1
+    places = obstacles.heard()
+    while (places.since[places.time == places.time.max()] == 1.0).any():
+        way, time = way + 0.02, time + 0.1
+        places = hear(obstacles, distance - way, time)
+    assert 0.08 < way < notices
+
+
 def test_what_was_silent_for_long_must_prove_anew_that_it_stands():
     obstacles = memory()
     hear(obstacles, 1.0, 1.0)
