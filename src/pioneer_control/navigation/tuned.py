@@ -221,7 +221,7 @@ class NavigatorNumbers:
     aside_after: float = parameter(
         20.0, Number(1, 3600), "time without progress after which it goes aside, so that others get by", "s")
     aside: float = parameter(0.8, Number(0.1, 5), "so far it goes aside", "m")
-    most_asides: int = parameter(3, Whole(0, 100), "it gives up when it would have to go aside more often")
+    most_asides: int = parameter(6, Whole(0, 100), "it gives up when it would have to go aside more often")
     aside_time: float = parameter(10.0, Number(1, 600), "time after which it is on its way to the goal again", "s")
     got_on: float = parameter(0.1, Number(0, 1), "so far it must have driven by its wheels to count as progress", "m")
     rest: float = parameter(1.0, Number(0, 10), "time it stands after a stall", "s")
