@@ -339,7 +339,7 @@ class Navigator:
         task.planned_at, task.at_goal = -math.inf, False
         reason = _LOST if where is None or not where.reason else where.reason
         twist, reckoned = STOP, self._reckoned()
-        around = self._around(reckoned, now)
+        around = self._around(reckoned, now)._replace(lost=math.inf)    # the map explains no wall while it is not sure
         if around.apart >= numbers.give_way and not self._somebody_beside(reckoned, now):
             if where is not None and where.line and _LOOKS_AHEAD < self._waited(task, now) < numbers.unsure_drive:
                 twist = self._along(where, now)
@@ -362,7 +362,7 @@ class Navigator:
         if abs(wrapped(direction - pose.heading)) > math.pi / 2.0:
             direction += math.pi
         ahead = Pose(pose.x + math.cos(direction), pose.y + math.sin(direction), direction)
-        around = self._around(None, now)
+        around = self._around(None, now)._replace(lost=math.inf)
         walls = [cells_near(self._map, self._edges, each, _NEAR) for each in where.line]
         around = around._replace(standing_x=np.concatenate([around.standing_x, *(x for x, _ in walls)]),
                                  standing_y=np.concatenate([around.standing_y, *(y for _, y in walls)]))
@@ -524,14 +524,14 @@ class Navigator:
         assert self._last is not None
         x, y = into(self._last.odometry, places.x, places.y)
         walking = ~places.mapped & (now - places.time < tuned.young)
-        unproven = ~places.mapped & (places.time - places.since < tuned.proves_still) & (
-            now - places.time < tuned.proves_still)
+        unproven = ~places.mapped & (now - places.since < tuned.proves_still)
+        lost = ~places.mapped & (places.time - places.since < tuned.proves_still) & (now - places.time < tuned.lost)
         off = distance_outside(self._chassis.outline, x, y)
-        apart, beside = (math.inf if self._through_unknown else float(off[which].min(initial=math.inf))
-                         for which in (unproven, walking))
+        apart, beside, left = (math.inf if self._through_unknown else float(off[which].min(initial=math.inf))
+                               for which in (unproven, walking, lost))
         wall_x, wall_y = (np.zeros(0),) * 2 if pose is None else cells_near(self._map, self._edges, pose, _NEAR)
         return Around(np.append(x, wall_x), np.append(y, wall_y), x[walking], y[walking], apart, beside,
-                      self._late)
+                      left, self._late)
 
 
 def _apart(one: Pose, other: Pose) -> float:

@@ -26,6 +26,7 @@ Array = Any     # of numpy
 _ACROSS = np.array([-0.9, -0.45, 0.0, 0.45, 0.9]) * HALF_CONE
 _THROUGH = 0.7 * HALF_CONE
 _FIRINGS_KEPT = 40
+_SLOW = 0.1     # m/s: a faster robot hears one place after another of what stands beside it
 _NEVER = -10 ** 9       # so often passed: no echo can make up for it
 
 
@@ -79,6 +80,7 @@ class Obstacles:
         self._transducers = {each.number: each for each in chassis.transducers}
         self._map, self._clearance, self._tuned = grid_map, clearance, tuned
         self._before: Optional[Sensing] = None
+        self._slow = True
         self._fired: Dict[int, float] = {}
         self._free = _columns([])       # of the last echoes
         self.forget()
@@ -136,7 +138,10 @@ class Obstacles:
                     eye = compose(self._pose_at(sensing, firing.time),
                                   Pose(transducer.x, transducer.y, transducer.heading))
                     heard.append(_Echo(*eye, firing.range, firing.time))
-        self._before = sensing
+        before, self._before = self._before, sensing
+        self._slow = before is None or math.hypot(
+            sensing.odometry.x - before.odometry.x, sensing.odometry.y - before.odometry.y) < _SLOW * (
+                sensing.time - before.time)
         if heard:
             echoes = _columns(heard)
             self._see_through(echoes)
@@ -158,7 +163,9 @@ class Obstacles:
         if not by_map.all():
             left = ~self._seen_free(x, y)
             which = np.where(by_map, explained, left | ~left.any(axis=1, keepdims=True))
-        same = np.minimum(self._tuned.same_place, self._tuned.same_place_near + self._tuned.same_place_share * far)
+        same = self._tuned.same_place
+        if self._slow:
+            same = np.minimum(same, self._tuned.same_place_near + self._tuned.same_place_share * far)
         self._put(x[which], y[which], np.broadcast_to(time, x.shape)[which], explained[which], until[which],
                   np.broadcast_to(same, x.shape)[which])
 

@@ -146,6 +146,8 @@ class ObstacleNumbers:
     kept_known: float = parameter(3.0, Number(0, 600), "time after which a wall's echo is forgotten", "s")
     young: float = parameter(1.5, Number(0, 60), "an echo younger than this may be of somebody who walks", "s")
     proves_still: float = parameter(2.0, Number(0, 60), "what was heard in one place for this time stands still", "s")
+    lost: float = parameter(
+        2.5, Number(0, 60), "so long after it was last heard, what had not proved to stand still may be near", "s")
     same_place: float = parameter(0.2, Number(0.01, 1), "echoes so near to the first one are from one place", "m")
     same_place_near: float = parameter(
         0.05, Number(0.01, 1), "the same for an echo from 0 m; up to `same_place`, each metre of range adds to it", "m")
