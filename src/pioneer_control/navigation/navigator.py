@@ -411,7 +411,7 @@ class Navigator:
         if now - task.planned_at >= numbers.navigator.replan or task.plan is None:
             self._plan_anew(task, pose, now)
         if now - task.progress_at > numbers.navigator.patience or task.aside.count > numbers.navigator.most_asides:
-            aside = ", and it went aside %d times" % (task.aside.count - 1) if task.aside.count > 1 else ""
+            aside = ", also after it went aside" if task.aside.count > 1 else ""
             return self._end(State.FAILED, "gave up: no way on for %.0f s%s, %.2f m from the goal" % (
                 now - task.progress_at, aside, _apart(task.goal, pose)))
         around, live = self._around(pose, now), self._obstacles.live(now - numbers.navigator.silent)
