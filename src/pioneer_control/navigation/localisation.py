@@ -190,10 +190,8 @@ class Localisation:
             logs, explained = sense.model.both(self._cloud.poses, self._pose, beams)
             logs[self._map.at(*self._cloud.poses[:, :2].T) != FREE] -= OFF_THE_FLOOR
             share = sense.weight * min(1.0, way / tuned.full_way)
-            if self._certainty.sure:
-                self._cloud.weigh(logs * share, tuned.particles)
-            else:
-                self._cloud.weigh(logs * share, tuned.particles_searching, tuned.roughening)
+            sure = self._certainty.sure
+            self._cloud.weigh(logs * share, tuned.particles if sure else tuned.particles_searching, roughen=not sure)
             sense.way = 0.0
         elif len(beams.x):
             explained = sense.model.explained(self._pose, beams)

@@ -14,6 +14,9 @@ Array = Any     # of numpy
 MAIN_POSITION, MAIN_HEADING = 0.5, 0.5
 """Poses that differ less (m, rad) from the middle of the likeliest place are of this place."""
 
+WIDE = 5.0
+"""A cloud is wide that spreads more than so many times as far as its poses scatter when they are drawn anew."""
+
 
 class Spread(NamedTuple):
     """The middle of the likeliest place of a cloud, and the covariance (3, 3) of the whole cloud about it."""
@@ -73,7 +76,7 @@ class PoseCloud:
         """
         chosen = _chosen(np.exp(logs - np.max(logs)), count, self._luck)
         self.poses = middles[chosen] + self._luck.normal(size=(count, 3)) * (position, position, heading)
-        self._logs = np.zeros(count)
+        self._logs, self._wide = np.zeros(count), True
 
     def move(self, step: Pose) -> None:
         """Move all poses by a motion that the wheels measured, each with another error of the wheels."""
@@ -94,19 +97,19 @@ class PoseCloud:
         turn_error = math.sqrt(tuned.noise_turn_of_way ** 2 * way + tuned.noise_turn ** 2 * turn)
         self.poses[:, 2] += step.heading + scatter[2] * turn_error
 
-    def weigh(self, logs: Array, count: int, scatter: float = 0.0) -> None:
+    def weigh(self, logs: Array, count: int, roughen: bool = False) -> None:
         """Weigh each pose by a log-likelihood. When few poses have most of the weight, draw `count` poses anew.
 
-        `scatter`: the standard deviation (m, rad) of each pose that is drawn about the one that it comes from. Without,
-        the few of a wide cloud that fit are all that is left of it, while the robot does not drive.
+        `roughen`: in a wide cloud, those scatter about the ones that they come from. Else the few that fit are all that
+        is left of it, while the robot does not drive.
         """
         self._logs += logs
         self._logs -= self._logs.max()
         weights = np.exp(self._logs)
         if weights.sum() ** 2 < 0.5 * len(weights) * np.square(weights).sum() or count != len(weights):
             self.poses = self.poses[_chosen(weights, count, self._luck)]
-            if scatter:
-                self.poses += self._luck.normal(0.0, scatter, (count, 3))
+            if roughen and self._wide:
+                self.poses += self._luck.normal(0.0, self._tuned.roughening, (count, 3))
             self._logs = np.zeros(count)
 
     def spread(self) -> Spread:
@@ -123,7 +126,9 @@ class PoseCloud:
         mean = weights @ off
         covariance = (off * weights[:, None]).T @ off - mean[:, None] * shift + shift[:, None] * (shift - mean)
         x, y, heading = (middle + shift).tolist()
-        return Spread(Pose(x, y, math.remainder(heading, 2.0 * math.pi)), covariance)
+        spread = Spread(Pose(x, y, math.remainder(heading, 2.0 * math.pi)), covariance)
+        self._wide = spread.position > WIDE * self._tuned.roughening
+        return spread
 
 
 def _chosen(weights: Array, count: int, luck: Any) -> Array:
