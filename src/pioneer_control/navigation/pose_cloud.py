@@ -14,6 +14,8 @@ Array = Any     # of numpy
 MAIN_POSITION, MAIN_HEADING = 0.5, 0.5
 """Poses that differ less (m, rad) from the middle of the likeliest place are of this place."""
 
+ON_THE_SPOT = 0.003
+"""A robot turns on the spot that moves by less (m) in a packet."""
 WIDE = 5.0
 """A cloud is wide that spreads more than so many times as far as its poses scatter when they are drawn anew."""
 
@@ -76,13 +78,14 @@ class PoseCloud:
         """
         chosen = _chosen(np.exp(logs - np.max(logs)), count, self._luck)
         self.poses = middles[chosen] + self._luck.normal(size=(count, 3)) * (position, position, heading)
-        self._logs, self._wide = np.zeros(count), True
+        self._logs, self._wide, self._turns_only = np.zeros(count), True, False
 
     def move(self, step: Pose) -> None:
         """Move all poses by a motion that the wheels measured, each with another error of the wheels."""
         way, turn = math.hypot(step.x, step.y), abs(step.heading)
         if not way and not turn:
             return
+        self._turns_only = way < ON_THE_SPOT
         tuned, count = self._tuned, len(self.poses)
         scatter = self._luck.normal(size=(3, count))
         heading = self.poses[:, 2] + step.heading / 2.0
@@ -100,15 +103,15 @@ class PoseCloud:
     def weigh(self, logs: Array, count: int, roughen: bool = False) -> None:
         """Weigh each pose by a log-likelihood. When few poses have most of the weight, draw `count` poses anew.
 
-        `roughen`: in a wide cloud, those scatter about the ones that they come from. Else the few that fit are all that
-        is left of it, while the robot does not drive.
+        `roughen`: those of a wide cloud scatter about the ones that they come from, while the robot turns on the spot.
+        Else the few that fit are soon all that is left of it: they do not scatter as on a way.
         """
         self._logs += logs
         self._logs -= self._logs.max()
         weights = np.exp(self._logs)
         if weights.sum() ** 2 < 0.5 * len(weights) * np.square(weights).sum() or count != len(weights):
             self.poses = self.poses[_chosen(weights, count, self._luck)]
-            if roughen and self._wide:
+            if roughen and self._wide and self._turns_only:
                 self.poses += self._luck.normal(0.0, self._tuned.roughening, (count, 3))
             self._logs = np.zeros(count)
 
