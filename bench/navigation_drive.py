@@ -32,6 +32,7 @@ from pioneer_control.simulator.world.people import people_of
 
 SPEED, TURN_RATE = 0.4, 1.2     # m/s, rad/s
 LONGEST = 300.0     # s, for one goal
+WRONG = 0.5     # m: a robot that is sure and farther off than that is wrong
 
 
 class TruePlace(NamedTuple):
@@ -40,6 +41,7 @@ class TruePlace(NamedTuple):
     pose: Pose
     sure: bool = True
     reason: str = ""
+    line: Tuple[Pose, ...] = ()
 
 
 class Leg(NamedTuple):
@@ -60,6 +62,7 @@ class Leg(NamedTuple):
     off_heading: float
     costs: Tuple[float, ...]
     unsure: float
+    wrong: float
     contact: str
 
 
@@ -125,7 +128,7 @@ def run(seed: int, options) -> List[Leg]:
         refusal = navigator.go_to(goal.x, goal.y, goal.heading, sensing.time)
         if refusal:
             print("seed %d: %s" % (seed, refusal))
-        costs, way, unsure, decision, contact = [], 0.0, 0.0, None, ""
+        costs, way, unsure, wrong, longest_wrong, decision, contact = [], 0.0, 0.0, 0.0, 0.0, None, ""
         while sensing.time - begin < LONGEST:
             for person in people:
                 for _ in person.step(CYCLE):
@@ -138,6 +141,9 @@ def run(seed: int, options) -> List[Leg]:
             costs.append(time.process_time() - began)
             robot.command(*decision.twist)
             truth = robot.firmware.true_pose
+            off = math.hypot(truth[0] - place.pose.x, truth[1] - place.pose.y)
+            wrong = wrong + CYCLE if place.sure and off > WRONG else 0.0
+            longest_wrong = max(longest_wrong, wrong)
             way += math.hypot(truth[0] - here[0], truth[1] - here[1])
             here = truth
             if options.verbose:
@@ -156,7 +162,8 @@ def run(seed: int, options) -> List[Leg]:
             seed, world.name, its.setup.model, number, decision.state.value, decision.reason,
             robot.firmware.contacts - before[0], robot.firmware.touched_by_people - before[1],
             sensing.time - begin, way, shortest, math.hypot(here[0] - goal.x, here[1] - goal.y),
-            abs(wrapped(here[2] - goal.heading)), tuple(costs), unsure, contact))
+            abs(wrapped(here[2] - goal.heading)), tuple(costs), unsure,
+            longest_wrong, contact))
     if options.picture and (options.all_pictures or any(map(failed, legs))):
         draw(options.picture, seed, world, grid_map, trail, goals, navigator, chassis, legs)
     return legs
@@ -232,6 +239,8 @@ def report(legs: List[Leg]) -> str:
             sum(costs) / max(1, len(costs)), at(costs, 0.99), max(costs, default=0.0))),
         ("unsure, share of the time", "%.2f %%" % (100 * sum(leg.unsure for leg in legs)
                                                    / max(1e-9, sum(leg.time for leg in legs)))),
+        ("sure while %g m off, longest" % WRONG, "%.1f s; %d goals with more than 5 s" % (
+            max((leg.wrong for leg in legs), default=0.0), sum(leg.wrong > 5.0 for leg in legs))),
     ]
     return "\n".join("%-38s %s" % row for row in rows)
 

@@ -17,6 +17,7 @@ NOT_TOLD = "nobody told me, and I have not heard enough yet: drive me a little"
 JUST_FOUND = "I have just found a place where I may be, and drive on to be sure"
 LEAST_USUAL = 0.5
 """The true pose explains at least this share of echoes, wherever the robot is."""
+_LINE = 3.0     # so many times narrower is the cloud of a pose on a line than that of a sure pose may be wide
 OTHER = 10
 """A range whose number differs by more from the sensor's last one is new, also while the robot stands."""
 
@@ -34,6 +35,7 @@ class Certainty:
     Attributes:
         reason: why the pose is not sure, for people; empty if it is.
         explained: share of the last echoes that the pose explains.
+        on_a_line: the pose is not sure, but only as the robot may be farther on or back along a line: in a corridor.
     """
 
     def __init__(self, tuned: LocalisationNumbers):
@@ -83,6 +85,7 @@ class Certainty:
         """From now on no place is likely."""
         self._placed, self._lost = False, why
         self.reason, self.explained = UNKNOWN + why, self._usual
+        self.on_a_line = False
         self._trusted_way = self._blind_way = 0.0
         self._unique = 0
 
@@ -154,21 +157,32 @@ class Certainty:
         return left > 0
 
     def judge(self, spread: Spread) -> None:
-        """Decide whether the pose is sure."""
-        tuned = self._tuned
-        why = ""
-        if not self._placed:
-            why = self._lost
-        elif self._blind_way > tuned.blind_way:
-            why = "nothing that I heard in the last %.1f m told me" % self._blind_way
-        elif self.doubts or not self.sure and self.explained < tuned.sure_explained * self._usual:
-            why = "what I hear does not fit the map here"
-        elif spread.position > tuned.sure_position * (1.0 if self.sure else 0.7):
-            why = "I may be %.1f m away from there" % spread.position
-        elif spread.heading > tuned.sure_heading * (1.0 if self.sure else 0.7):
-            why = "I may look %.0f degrees elsewhere" % np.degrees(spread.heading)
-        elif self._unique < tuned.sure_searches and not (self.sure and self.proven):
-            why = "other places look like this one"
-        elif self._trusted_way < tuned.sure_way:
-            why = JUST_FOUND
+        """Decide whether the pose is sure, and if not, whether it is but for where it is along a line."""
+        alone = self._unique >= self._tuned.sure_searches
+        why = self._doubt(spread.position, spread, alone or self.sure and self.proven)
+        self.on_a_line = bool(why) and spread.position < self._tuned.longest_line and not self._doubt(
+            _LINE * spread.across, spread, alone or self.proven)
         self.reason = UNKNOWN + why if why else ""
+
+    def _doubt(self, off: float, spread: Spread, alone: bool) -> str:
+        """Return why the pose is not sure. Empty if it is.
+
+        Args:
+            off: standard deviation of the position (m).
+            spread: the spread of the cloud.
+            alone: no other place is in question.
+        """
+        tuned = self._tuned
+        if not self._placed:
+            return self._lost
+        if self._blind_way > tuned.blind_way:
+            return "nothing that I heard in the last %.1f m told me" % self._blind_way
+        if self.doubts or not self.sure and self.explained < tuned.sure_explained * self._usual:
+            return "what I hear does not fit the map here"
+        if off > tuned.sure_position * (1.0 if self.sure else 0.7):
+            return "I may be %.1f m away from there" % off
+        if spread.heading > tuned.sure_heading * (1.0 if self.sure else 0.7):
+            return "I may look %.0f degrees elsewhere" % np.degrees(spread.heading)
+        if not alone:
+            return "other places look like this one"
+        return JUST_FOUND if self._trusted_way < tuned.sure_way else ""

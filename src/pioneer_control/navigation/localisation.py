@@ -5,7 +5,7 @@ explain the last readings better: so the robot finds out where it begins, and th
 is not sure, it says why.
 """
 
-from typing import Any, NamedTuple, Optional, Sequence
+from typing import Any, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from ..robots import Transducer
 from .certainty import NOT_TOLD, Certainty
 from .expected_ranges import LASER_BEAM, SONAR_BEAM, standing_room
 from .measurement import Beams, RangeModel
-from .pose_cloud import PoseCloud
+from .pose_cloud import PoseCloud, Spread
 from .pose_search import Found, PoseSearch, same_place
 from .recent_readings import FiringPoses, RecentReadings, scan_beams
 from .tuned import LASER_NUMBERS, SONAR_NUMBERS, LocalisationNumbers
@@ -30,6 +30,8 @@ LONGEST_STEP = 1.0
 """No robot drives farther (m) from one packet to the next: odometry that does so has been reset."""
 OFF_THE_FLOOR = 50.0
 """What the log-likelihood of a pose loses where no floor is free."""
+LINE_STEP = 0.2
+"""Distance (m) between two poses of `Where.line`, about."""
 SHORTEST_WAY = 0.003
 """Readings after a shorter way (m) are not weighed: the robot stands."""
 PACKETS_WEIGHED = 2
@@ -45,6 +47,7 @@ class Where(NamedTuple):
         sure: whether another program may drive by this pose.
         covariance: array (3, 3) of x, y (m^2) and heading (rad^2), of all likely poses.
         reason: why it is not sure, for people; empty if it is.
+        line: poses along a line on which the robot is for certain, when it is not sure only of where on it; else empty.
     """
 
     time: float
@@ -52,6 +55,7 @@ class Where(NamedTuple):
     sure: bool
     covariance: Array
     reason: str
+    line: Tuple[Pose, ...] = ()
 
 
 class Sense:
@@ -186,7 +190,8 @@ class Localisation:
             logs, explained = sense.model.both(self._cloud.poses, self._pose, beams)
             logs[self._map.at(*self._cloud.poses[:, :2].T) != FREE] -= OFF_THE_FLOOR
             share = sense.weight * min(1.0, way / tuned.full_way)
-            self._cloud.weigh(logs * share, tuned.particles if self._certainty.sure else tuned.particles_searching)
+            sure = self._certainty.sure
+            self._cloud.weigh(logs * share, tuned.particles if sure else tuned.particles_searching, roughen=not sure)
             sense.way = 0.0
         elif len(beams.x):
             explained = sense.model.explained(self._pose, beams)
@@ -206,7 +211,8 @@ class Localisation:
                 self._recent.keep(tuned.kept_in_doubt)
                 self._search.give_up()
         self._wheels.learn(spread.pose if self._certainty.sure else None)
-        self.where = Where(time, spread.pose, self._certainty.sure, spread.covariance, self._certainty.reason)
+        line = _line(spread) if self._certainty.on_a_line else ()
+        self.where = Where(time, spread.pose, self._certainty.sure, spread.covariance, self._certainty.reason, line)
         return self.where
 
     def _look_everywhere(self, time: float) -> None:
@@ -261,3 +267,11 @@ class Localisation:
         rivals = [not same_place(pose, others.poses[0]) for pose in others.poses]
         better = others.scores[0] - others.scores[rivals].max(initial=-np.inf)
         self._certainty.place(trusted=False, alone=bool(better > self._tuned.margin))
+
+
+def _line(spread: Spread) -> Tuple[Pose, ...]:
+    """Return poses along the line on which a long and narrow cloud lies: two standard deviations to both ends."""
+    (x, y, heading), reach = spread.pose, 2.0 * spread.position
+    cosine, sine = np.cos(spread.direction), np.sin(spread.direction)
+    steps = np.linspace(-reach, reach, 2 * int(np.ceil(reach / LINE_STEP)) + 1)
+    return tuple(Pose(float(x + step * cosine), float(y + step * sine), heading) for step in steps)

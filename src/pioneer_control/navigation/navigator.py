@@ -8,19 +8,20 @@ import enum
 import math
 import re
 from collections import deque
-from typing import Any, Deque, List, NamedTuple, Optional, Protocol, Tuple
+from typing import Any, Deque, Iterable, List, NamedTuple, Optional, Protocol, Sequence, Tuple
 
 import numpy as np
 
 from ..floor_poses import Pose, compose, relative, wrapped
 from ..maps.grid_map import GridMap
+from .aside import Aside
 from .chassis import Chassis, distance_outside
 from .frames import into, out_of
 from .lateness import Lateness
 from .obstacles import Obstacles, cells_near, edge_cells
 from .planning import DrivableFloor, RoutePlan, length_of
 from .steering import NOWHERE, Around, SteeringChoice, Steering
-from .tuned import NavigationNumbers
+from .tuned import NavigationNumbers, NavigatorNumbers
 from .values import STOP, Point, Sensing, Twist
 
 Array = Any     # of numpy
@@ -48,6 +49,10 @@ class Whereabouts(Protocol):
     @property
     def reason(self) -> str:
         """Why it is not sure, for people."""
+
+    @property
+    def line(self) -> Sequence[Pose]:
+        """Poses along a line on which the robot is for certain, when only where on it is not sure; else empty."""
 
 
 class Readiness(NamedTuple):
@@ -100,7 +105,7 @@ class Accelerations(NamedTuple):
 class _Task:
     """A goal, and how far the robot has come with it."""
 
-    def __init__(self, goal: Pose, with_heading: bool, now: float):
+    def __init__(self, goal: Pose, with_heading: bool, now: float, numbers: NavigatorNumbers):
         self.goal, self.with_heading = goal, with_heading
         self.at_goal = False
         self.plan: Optional[RoutePlan] = None
@@ -118,6 +123,7 @@ class _Task:
         self.stall_count = 0
         self.blocked_since: Optional[float] = None      # s; None: it is not blocked
         self.blocked_at: Optional[Pose] = None          # pose (map frame) then
+        self.aside = Aside(numbers)
 
 
 class Navigator:
@@ -198,7 +204,8 @@ class Navigator:
         """
         refusal = self._refusal(x, y, heading)
         if not refusal:
-            self._task = _Task(Pose(x, y, heading or 0.0), heading is not None, now)
+            self._task = _Task(Pose(x, y, heading or 0.0), heading is not None, now,
+                               self._numbers.navigator)
         elif self._task is None:
             self._ended = Decision(STOP, State.FAILED, refusal)
         return refusal
@@ -324,19 +331,49 @@ class Navigator:
         return self._ended
 
     def _look_around(self, task: _Task, where: Optional[Whereabouts], now: float) -> Decision:
-        """Wait until the robot knows where it is. It may turn on the spot where it touches nothing."""
+        """Wait until the robot knows where it is. It may turn on the spot where it touches nothing.
+
+        Turning does not tell it how far along a corridor it is. If nothing else is in doubt, it looks from elsewhere.
+        """
         numbers = self._numbers.navigator
         task.planned_at, task.at_goal = -math.inf, False
         reason = _LOST if where is None or not where.reason else where.reason
-        twist = STOP
-        around = self._around(self._reckoned(), now)
-        if (abs(self._velocity.linear) < _STANDS and numbers.unsure_turn > 0.0 and around.apart >= numbers.give_way
-                and not self._somebody_beside(self._reckoned(), now)):
-            rate = math.copysign(min(numbers.unsure_turn, self._chassis.max_angular), self._side(task, where, now))
-            turns = [each for each in (rate, -rate) if self._steering.may_turn(each, self._velocity, around)]
-            twist = Twist(0.0, turns[0]) if turns else STOP
+        twist, reckoned = STOP, self._reckoned()
+        around = self._around(reckoned, now)._replace(lost=math.inf)    # the map explains no wall while it is not sure
+        if around.apart >= numbers.give_way and not self._somebody_beside(reckoned, now):
+            if where is not None and where.line and _LOOKS_AHEAD < self._waited(task, now) < numbers.unsure_drive:
+                twist = self._along(where, now)
+            if twist == STOP and abs(self._velocity.linear) < _STANDS and numbers.unsure_turn > 0.0:
+                rate = math.copysign(min(numbers.unsure_turn, self._chassis.max_angular), self._side(task, where, now))
+                turns = [each for each in (rate, -rate) if self._steering.may_turn(each, self._velocity, around)]
+                twist = Twist(0.0, turns[0]) if turns else STOP
         task.last_twist = twist
         return self._wait(task, _LOST, Decision(twist, State.WAITING, reason), now)
+
+    def _along(self, where: Whereabouts, now: float) -> Twist:
+        """Return the velocity with which the robot goes slowly on along the line on which it is, or a stop.
+
+        As always, it drives only where a transducer looks, and stops before what it hears. It also keeps off the walls
+        of the map as they are around each pose on the line.
+        """
+        numbers = self._numbers.navigator
+        (x, y, _), (end_x, end_y, _), pose = where.line[0], where.line[-1], where.pose
+        direction = math.atan2(end_y - y, end_x - x)
+        if abs(wrapped(direction - pose.heading)) > math.pi / 2.0:
+            direction += math.pi
+        ahead = Pose(pose.x + math.cos(direction), pose.y + math.sin(direction), direction)
+        around = self._around(None, now)._replace(lost=math.inf)
+        walls = [cells_near(self._map, self._edges, each, _NEAR) for each in where.line]
+        around = around._replace(standing_x=np.concatenate([around.standing_x, *(x for x, _ in walls)]),
+                                 standing_y=np.concatenate([around.standing_y, *(y for _, y in walls)]))
+        live = self._obstacles.live(now - numbers.silent)
+        twist = self._steering.finish(pose, self._velocity, around, live, ahead, turn_only=False).twist
+        slower = min(1.0, numbers.unsure_speed / max(abs(twist.linear), 1e-9))
+        return Twist(twist.linear * slower, twist.angular * slower if twist.linear else twist.angular)
+
+    def _waited(self, task: _Task, now: float) -> float:
+        """Return for how long (s) the robot has not known where it is."""
+        return 0.0 if task.waiting_since is None or task.waiting_kind != _LOST else now - task.waiting_since
 
     def _somebody_beside(self, pose: Optional[Pose], now: float) -> bool:
         """Return whether something is beside the robot that came lately, and is no wall if the robot is at a pose.
@@ -359,9 +396,9 @@ class Navigator:
         First it turns to where its way probably begins, and there to and fro: so it can drive off as soon as it is
         sure. If that does not tell it where it is, it turns round and round.
         """
-        begun = now if task.waiting_since is None or task.waiting_kind != _LOST else task.waiting_since
         turned = task.last_twist.angular
-        if where is None or not all(map(math.isfinite, where.pose)) or now - begun > _LOOKS_AHEAD and turned:
+        if turned and self._waited(task, now) > _LOOKS_AHEAD or where is None or not all(
+                map(math.isfinite, where.pose)):
             return turned
         if task.map_plan is None:
             task.map_plan = self._floor.to(task.goal[:2])
@@ -373,9 +410,10 @@ class Navigator:
         numbers = self._numbers
         if now - task.planned_at >= numbers.navigator.replan or task.plan is None:
             self._plan_anew(task, pose, now)
-        if now - task.progress_at > numbers.navigator.patience:
-            return self._end(State.FAILED, "gave up: no way on for %.0f s, %.2f m from the goal" % (
-                now - task.progress_at, _apart(task.goal, pose)))
+        if now - task.progress_at > numbers.navigator.patience or task.aside.count > numbers.navigator.most_asides:
+            aside = ", also after it went aside" if task.aside.count > 1 else ""
+            return self._end(State.FAILED, "gave up: no way on for %.0f s%s, %.2f m from the goal" % (
+                now - task.progress_at, aside, _apart(task.goal, pose)))
         around, live = self._around(pose, now), self._obstacles.live(now - numbers.navigator.silent)
         if around.apart < numbers.navigator.give_way:
             return Decision(STOP, State.WAITING, _GIVING_WAY)
@@ -389,7 +427,7 @@ class Navigator:
             task.blocked_since = task.blocked_at = None
         task.last_twist = choice.twist
         if not choice.blocked:
-            return Decision(choice.twist, State.DRIVING, self._doing(task, choice.reason))
+            return Decision(choice.twist, State.DRIVING, _doing(task, choice.reason))
         if task.blocked_since is None:
             task.blocked_since, task.blocked_at = now, pose
         return Decision(STOP, State.WAITING, choice.reason)
@@ -423,28 +461,13 @@ class Navigator:
         unmapped = self._unmapped(pose)
         plan = self._floor.past(task.map_plan, unmapped, pose[:2])
         task.planned_at = now
-        task.obstacle_on_way = self._stands_on(unmapped, task.map_plan.points_from(pose[:2]))
+        task.obstacle_on_way = _stands_on(unmapped, task.map_plan.points_from(pose[:2]),
+                                          self._chassis.half_width + self._numbers.planning.keep)
         if task.plan is not None and now - task.plan_taken_at < numbers.plan_kept:
             kept = plan.cost_of_way(task.plan.points_from(pose[:2]))
             if float(plan.cost(np.array(pose.x), np.array(pose.y))) > numbers.better * kept:
                 return
         task.plan, task.plan_taken_at = plan, now
-
-    def _stands_on(self, places: Array, way: List[Point]) -> bool:
-        """Return whether one of some places (m, map frame) is on the next two metres of a way."""
-        if not len(places) or not way:
-            return False
-        points = np.array(way)
-        steps = np.hypot(*np.diff(points, axis=0).T)
-        points = points[np.append(0.0, np.cumsum(steps)) < 2.0]
-        apart = np.hypot(*(places[:, np.newaxis] - points).transpose(2, 0, 1))
-        return bool(apart.min() < self._chassis.half_width + self._numbers.planning.keep)
-
-    def _doing(self, task: _Task, reason: str) -> str:
-        """Return what it does, for people; on its way, with the length (m) of what is left of it."""
-        if reason != "on the way":
-            return reason
-        return "%s, %.1f m to go" % (_GOING_ROUND if task.obstacle_on_way else reason, length_of(task.way))
 
     def _choose(self, task: _Task, pose: Pose, around: Around, live: List[int], now: float) -> Optional[SteeringChoice]:
         """Return the next velocity, or None when the robot stands at the goal. Note in the task whether it is there."""
@@ -460,20 +483,23 @@ class Navigator:
                 still = abs(self._velocity.linear) < 0.03 and abs(self._velocity.angular) < 0.05
                 return None if still else SteeringChoice(STOP, "at the goal, stopping")
             return self._steering.finish(pose, self._velocity, around, live, goal, turn_only=True)
-        if distance < numbers.final and self._floor.straight(pose[:2], goal[:2]):
+        if task.aside.is_due(task.progress_at, now) and task.planned_at < now:     # one plan a packet
+            task.aside.begin(self._floor, pose, self._unmapped(pose), now)
+        aside = task.aside.plan(pose, task.progress_at, now)
+        if aside is None and distance < numbers.final and self._floor.straight(pose[:2], goal[:2]):
             choice = self._steering.finish(pose, self._velocity, around, live, goal, turn_only=False)
             if not choice.blocked:
                 return choice
+        return self._on(task, aside or plan, pose, around, live, now)
+
+    def _on(self, task: _Task, plan: RoutePlan, pose: Pose, around: Around, live: List[int],
+            now: float) -> SteeringChoice:
+        """Return the velocity that leads on along a plan."""
+        assert self._last is not None
         blocked = max(0.0 if task.blocked_since is None else now - task.blocked_since,
                       now - task.progress_at - self._numbers.navigator.slow)
-        trail = self._lately() if blocked > 0.0 else NOWHERE
+        trail = _seen_from(self._last.odometry, self._trail) if blocked > 0.0 else NOWHERE
         return self._steering.choose(pose, self._velocity, around, live, plan, blocked, task.last_twist, trail)
-
-    def _lately(self) -> Array:
-        """Return where the robot was lately (robot's frame), as an array (number, 3)."""
-        assert self._last is not None
-        x, y, heading = np.array(self._trail).T
-        return np.column_stack((*into(self._last.odometry, x, y), heading - self._last.odometry.heading))
 
     def _reckoned(self) -> Optional[Pose]:
         """Return where the robot should be by the wheels since it was sure; None if it never was."""
@@ -499,17 +525,42 @@ class Navigator:
         x, y = into(self._last.odometry, places.x, places.y)
         walking = ~places.mapped & (now - places.time < tuned.young)
         unproven = ~places.mapped & (now - places.since < tuned.proves_still)
+        lost = ~places.mapped & (places.time - places.since < tuned.proves_still) & (now - places.time < tuned.lost)
         off = distance_outside(self._chassis.outline, x, y)
-        apart, beside = (math.inf if self._through_unknown else float(off[which].min(initial=math.inf))
-                         for which in (unproven, walking))
+        apart, beside, left = (math.inf if self._through_unknown else float(off[which].min(initial=math.inf))
+                               for which in (unproven, walking, lost))
         wall_x, wall_y = (np.zeros(0),) * 2 if pose is None else cells_near(self._map, self._edges, pose, _NEAR)
         return Around(np.append(x, wall_x), np.append(y, wall_y), x[walking], y[walking], apart, beside,
-                      self._late)
+                      left, self._late)
 
 
 def _apart(one: Pose, other: Pose) -> float:
     """Return the distance (m) of two poses."""
     return math.hypot(one.x - other.x, one.y - other.y)
+
+
+def _seen_from(odometry: Pose, trail: Iterable[Pose]) -> Array:
+    """Return where the robot was lately (robot's frame), as an array (number, 3); odometry: where it is now."""
+    x, y, heading = np.array(trail).T
+    return np.column_stack((*into(odometry, x, y), heading - odometry.heading))
+
+
+def _stands_on(places: Array, way: List[Point], near: float) -> bool:
+    """Return whether one of some places (m, map frame) is nearer than `near` (m) to the next two metres of a way."""
+    if not len(places) or not way:
+        return False
+    points = np.array(way)
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    points = points[np.append(0.0, np.cumsum(steps)) < 2.0]
+    apart = np.hypot(*(places[:, np.newaxis] - points).transpose(2, 0, 1))
+    return bool(apart.min() < near)
+
+
+def _doing(task: _Task, reason: str) -> str:
+    """Return what the robot does, for people; on its way, with the length (m) of what is left of it."""
+    if reason != "on the way":
+        return reason
+    return "%s, %.1f m to go" % (_GOING_ROUND if task.obstacle_on_way else reason, length_of(task.way))
 
 
 def _rim(outline: Tuple[Point, ...]) -> List[Point]:

@@ -26,6 +26,7 @@ Array = Any     # of numpy
 _ACROSS = np.array([-0.9, -0.45, 0.0, 0.45, 0.9]) * HALF_CONE
 _THROUGH = 0.7 * HALF_CONE
 _FIRINGS_KEPT = 40
+_SLOW = 0.1     # m/s: a faster robot hears one place after another of what stands beside it
 _NEVER = -10 ** 9       # so often passed: no echo can make up for it
 
 
@@ -79,6 +80,7 @@ class Obstacles:
         self._transducers = {each.number: each for each in chassis.transducers}
         self._map, self._clearance, self._tuned = grid_map, clearance, tuned
         self._before: Optional[Sensing] = None
+        self._slow = True
         self._fired: Dict[int, float] = {}
         self._free = _columns([])       # of the last echoes
         self.forget()
@@ -108,7 +110,7 @@ class Obstacles:
         Sonar does not hear what is there, so echoes from behind it do not forget it.
         """
         self._put(places_x, places_y, np.full(len(places_x), time), np.zeros(len(places_x), dtype=bool),
-                  np.full(len(places_x), time + self._tuned.felt))
+                  np.full(len(places_x), time + self._tuned.felt), np.full(len(places_x), self._tuned.same_place))
         self._passed[len(self._passed) - len(places_x):] = _NEVER
 
     def explained(self, x: Array, y: Array, far: Array) -> Array:
@@ -136,7 +138,10 @@ class Obstacles:
                     eye = compose(self._pose_at(sensing, firing.time),
                                   Pose(transducer.x, transducer.y, transducer.heading))
                     heard.append(_Echo(*eye, firing.range, firing.time))
-        self._before = sensing
+        before, self._before = self._before, sensing
+        self._slow = before is None or math.hypot(
+            sensing.odometry.x - before.odometry.x, sensing.odometry.y - before.odometry.y) < _SLOW * (
+                sensing.time - before.time)
         if heard:
             echoes = _columns(heard)
             self._see_through(echoes)
@@ -158,7 +163,11 @@ class Obstacles:
         if not by_map.all():
             left = ~self._seen_free(x, y)
             which = np.where(by_map, explained, left | ~left.any(axis=1, keepdims=True))
-        self._put(x[which], y[which], np.broadcast_to(time, x.shape)[which], explained[which], until[which])
+        same = self._tuned.same_place
+        if self._slow:
+            same = np.minimum(same, self._tuned.same_place_near + self._tuned.same_place_share * far)
+        self._put(x[which], y[which], np.broadcast_to(time, x.shape)[which], explained[which], until[which],
+                  np.broadcast_to(same, x.shape)[which])
 
     def _seen_free(self, x: Array, y: Array) -> Array:
         """Return which places the last echoes have passed: the part of an arc that is left has the obstacle."""
@@ -172,10 +181,10 @@ class Obstacles:
         return (aside < along * math.tan(_THROUGH)) & (
             np.hypot(along, aside) < far - self._tuned.seen_through)
 
-    def _put(self, x: Array, y: Array, time: Array, mapped: Array, until: Array) -> None:
+    def _put(self, x: Array, y: Array, time: Array, mapped: Array, until: Array, same: Array) -> None:
         old = self._places
         again = (self._cell_of(old.x, old.y)[:, np.newaxis] == self._cell_of(x, y)).any(axis=1)
-        new = Places(x, y, time, mapped, until, *self._stands_since(x, y, time))
+        new = Places(x, y, time, mapped, until, *self._stands_since(x, y, time, same))
         self._places = Places(*(np.append(*columns) for columns in zip(old.chosen(~again), new)))
         self._passed = np.append(self._passed[~again], np.zeros(len(x), dtype=int))
 
@@ -183,12 +192,15 @@ class Obstacles:
         """Return a number of the cell of each place, the same for places of one cell."""
         return np.floor(x / self._tuned.cell) * 1e7 + np.floor(y / self._tuned.cell)
 
-    def _stands_since(self, x: Array, y: Array, time: Array) -> Tuple[Array, Array, Array]:
-        """Return `since`, `from_x` and `from_y` of new places: those of the oldest place that each may still be."""
+    def _stands_since(self, x: Array, y: Array, time: Array, near: Array) -> Tuple[Array, Array, Array]:
+        """Return `since`, `from_x` and `from_y` of new places: those of the oldest place that each may still be.
+
+        `near`: so far (m) each may be from where that began.
+        """
         old = self._places.chosen(time.max() - self._places.time < self._tuned.proves_still)
         if not len(old.x):
             return time, x, y
-        same = np.hypot(x[:, np.newaxis] - old.from_x, y[:, np.newaxis] - old.from_y) < self._tuned.same_place
+        same = np.hypot(x[:, np.newaxis] - old.from_x, y[:, np.newaxis] - old.from_y) < near[:, np.newaxis]
         since = np.where(same, old.since, np.inf)
         oldest, row = since.argmin(axis=1), np.arange(len(x))
         known = same.any(axis=1)

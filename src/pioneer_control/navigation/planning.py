@@ -176,6 +176,11 @@ class DrivableFloor:
         inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
         return bool(inside.all() and (self.clearance[row, column] >= self._least).all())
 
+    def room(self, x: float, y: float) -> float:
+        """Return the distance (m) from a point of the map (m) to the nearest cell that is not free."""
+        row, column = self._map.cell(x, y)
+        return float(self.clearance[int(row), int(column)])
+
     def cost_of_a_metre(self, x: Array, y: Array) -> Array:
         """Return the cost of a metre at points (m, map frame), as the map alone has it."""
         row, column = self._map.cell(x, y)

@@ -1,7 +1,7 @@
 """A cloud of poses (particles) that says where the robot may be: it moves with the robot, and readings weigh it."""
 
 import math
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Tuple
 
 import numpy as np
 
@@ -14,6 +14,11 @@ Array = Any     # of numpy
 MAIN_POSITION, MAIN_HEADING = 0.5, 0.5
 """Poses that differ less (m, rad) from the middle of the likeliest place are of this place."""
 
+ON_THE_SPOT = 0.003
+"""A robot turns on the spot that moves by less (m) in a packet."""
+WIDE = 5.0
+"""A cloud is wide that spreads more than so many times as far as its poses scatter when they are drawn anew."""
+
 
 class Spread(NamedTuple):
     """The middle of the likeliest place of a cloud, and the covariance (3, 3) of the whole cloud about it."""
@@ -24,8 +29,26 @@ class Spread(NamedTuple):
     @property
     def position(self) -> float:
         """Standard deviation of the position (m), in the direction in which it is greatest."""
+        middle, half = self._axes
+        return math.sqrt(middle + half)
+
+    @property
+    def across(self) -> float:
+        """Standard deviation of the position (m), in the direction in which it is least."""
+        middle, half = self._axes
+        return math.sqrt(max(0.0, middle - half))
+
+    @property
+    def direction(self) -> float:
+        """The direction (rad, map frame) in which the standard deviation of the position is greatest."""
         (xx, xy), (_, yy) = self.covariance[:2, :2].tolist()
-        return math.sqrt((xx + yy) / 2.0 + math.hypot((xx - yy) / 2.0, xy))
+        return math.atan2(2.0 * xy, xx - yy) / 2.0
+
+    @property
+    def _axes(self) -> Tuple[float, float]:
+        """The mean of the greatest and the least variance of the position (m^2), and half their difference."""
+        (xx, xy), (_, yy) = self.covariance[:2, :2].tolist()
+        return (xx + yy) / 2.0, math.hypot((xx - yy) / 2.0, xy)
 
     @property
     def heading(self) -> float:
@@ -55,13 +78,14 @@ class PoseCloud:
         """
         chosen = _chosen(np.exp(logs - np.max(logs)), count, self._luck)
         self.poses = middles[chosen] + self._luck.normal(size=(count, 3)) * (position, position, heading)
-        self._logs = np.zeros(count)
+        self._logs, self._wide, self._turns_only = np.zeros(count), True, False
 
     def move(self, step: Pose) -> None:
         """Move all poses by a motion that the wheels measured, each with another error of the wheels."""
         way, turn = math.hypot(step.x, step.y), abs(step.heading)
         if not way and not turn:
             return
+        self._turns_only = way < ON_THE_SPOT
         tuned, count = self._tuned, len(self.poses)
         scatter = self._luck.normal(size=(3, count))
         heading = self.poses[:, 2] + step.heading / 2.0
@@ -76,13 +100,19 @@ class PoseCloud:
         turn_error = math.sqrt(tuned.noise_turn_of_way ** 2 * way + tuned.noise_turn ** 2 * turn)
         self.poses[:, 2] += step.heading + scatter[2] * turn_error
 
-    def weigh(self, logs: Array, count: int) -> None:
-        """Weigh each pose by a log-likelihood. When few poses have most of the weight, draw `count` poses anew."""
+    def weigh(self, logs: Array, count: int, roughen: bool = False) -> None:
+        """Weigh each pose by a log-likelihood. When few poses have most of the weight, draw `count` poses anew.
+
+        `roughen`: those of a wide cloud scatter about the ones that they come from, while the robot turns on the spot.
+        Else the few that fit are soon all that is left of it: they do not scatter as on a way.
+        """
         self._logs += logs
         self._logs -= self._logs.max()
         weights = np.exp(self._logs)
         if weights.sum() ** 2 < 0.5 * len(weights) * np.square(weights).sum() or count != len(weights):
             self.poses = self.poses[_chosen(weights, count, self._luck)]
+            if roughen and self._wide and self._turns_only:
+                self.poses += self._luck.normal(0.0, self._tuned.roughening, (count, 3))
             self._logs = np.zeros(count)
 
     def spread(self) -> Spread:
@@ -99,7 +129,9 @@ class PoseCloud:
         mean = weights @ off
         covariance = (off * weights[:, None]).T @ off - mean[:, None] * shift + shift[:, None] * (shift - mean)
         x, y, heading = (middle + shift).tolist()
-        return Spread(Pose(x, y, math.remainder(heading, 2.0 * math.pi)), covariance)
+        spread = Spread(Pose(x, y, math.remainder(heading, 2.0 * math.pi)), covariance)
+        self._wide = spread.position > WIDE * self._tuned.roughening
+        return spread
 
 
 def _chosen(weights: Array, count: int, luck: Any) -> Array:

@@ -41,6 +41,8 @@ class Around(NamedTuple):
         walking_x, walking_y: of these, echoes of the last moments that no wall of the map explains: it may walk.
         apart: distance from the outline to the nearest place on no map that has not yet proved to stand still.
         beside: the same to the nearest place on no map that was heard in the last moments, also one that stands still.
+        lost: the same to the nearest place on no map that had not proved to stand still when it was last heard, some
+            seconds ago: who was there may be where no transducer looks, at the side and behind.
         late: how much later than usual the robot may react (s).
     """
 
@@ -50,6 +52,7 @@ class Around(NamedTuple):
     walking_y: Array
     apart: float = math.inf
     beside: float = math.inf
+    lost: float = math.inf
     late: float = 0.0
 
 
@@ -238,7 +241,8 @@ class Steering:
         needed = speed * reaction + speed ** 2 / (2.0 * braking) + tuned.spare
         coming = tuned.walking * (reaction + speed / braking)      # how far somebody walks until it stands
         allowed = ((standing[self._number] > needed) & (walking[self._number] > needed + np.where(turn, 0.0, coming))
-                   & (coming < around.apart) & self.moves.covered(live)[self._number])
+                   & (coming < np.where(self._linear > 0.0, around.apart, min(around.apart, around.lost)))
+                   & self.moves.covered(live)[self._number])
         if around.beside < tuned.passes_by:      # who stands there may begin to walk
             allowed &= np.abs(self._linear) <= tuned.passing
         if slow:

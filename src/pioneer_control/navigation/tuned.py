@@ -41,6 +41,9 @@ class LocalisationNumbers:
 
     particles: int = parameter(300, Whole(50, 20000), "poses in the cloud, while one place is likely")
     particles_searching: int = parameter(1200, Whole(50, 20000), "poses in the cloud, while several places are likely")
+    roughening: float = parameter(
+        0.02, Number(0.0, 0.2), "poses drawn anew scatter so about the old, while it turns on the spot, is not sure, and "
+        "the cloud is wide", "m, rad")
     noise_way: float = parameter(
         0.05, Number(0.0, 1.0), "standard deviation of a way of 1 m by the wheels; it grows with the root of the way",
         "m")
@@ -85,6 +88,8 @@ class LocalisationNumbers:
 
     sure_position: float = parameter(0.3, Number(0.01, 5.0), "greatest spread of the cloud to be sure", "m")
     sure_heading: float = parameter(0.25, Number(0.01, 3.0), "greatest spread of the headings to be sure", "rad")
+    longest_line: float = parameter(
+        1.2, Number(0.0, 5.0), "greatest spread of the cloud for the robot to be sure to be on a line", "m")
     sure_way: float = parameter(
         0.5, Number(0.0, 100.0), "way in motion with readings that the place explains, before it is sure", "m")
     sure_searches: int = parameter(
@@ -141,7 +146,12 @@ class ObstacleNumbers:
     kept_known: float = parameter(3.0, Number(0, 600), "time after which a wall's echo is forgotten", "s")
     young: float = parameter(1.5, Number(0, 60), "an echo younger than this may be of somebody who walks", "s")
     proves_still: float = parameter(2.0, Number(0, 60), "what was heard in one place for this time stands still", "s")
+    lost: float = parameter(
+        2.5, Number(0, 60), "so long after it was last heard, what had not proved to stand still may be near", "s")
     same_place: float = parameter(0.2, Number(0.01, 1), "echoes so near to the first one are from one place", "m")
+    same_place_near: float = parameter(
+        0.05, Number(0.01, 1), "the same for an echo from 0 m; up to `same_place`, each metre of range adds to it", "m")
+    same_place_share: float = parameter(0.25, Number(0, 2), "what each metre of range adds: it is of an arc")
     seen_through: float = parameter(0.2, Number(0.02, 2), "an echo from this much farther has passed an obstacle", "m")
     passes: int = parameter(2, Whole(1, 50), "so often an echo must pass an obstacle until it is forgotten")
 
@@ -200,12 +210,21 @@ class NavigatorNumbers:
     stale: float = parameter(0.5, Number(0.1, 5), "what the robot senses is too old after this time", "s")
     silent: float = parameter(1.0, Number(0.2, 10), "a transducer that has not fired for this time does not look", "s")
     unsure_turn: float = parameter(0.4, Number(0, 2), "turn rate with which it looks around when unsure", "rad/s")
+    unsure_speed: float = parameter(
+        0.15, Number(0, 1), "speed with which it looks from elsewhere when unsure only of where it is along a line",
+        "m/s")
+    unsure_drive: float = parameter(30.0, Number(0, 600), "only so long after it stopped to be sure it drives so", "s")
     unsure_beside: float = parameter(
         10.0, Number(0, 600), "it does not look around beside what is no wall and came a shorter time ago", "s")
     patience: float = parameter(60.0, Number(1, 3600), "time without progress after which it gives up", "s")
     wait: float = parameter(120.0, Number(1, 3600), "time that it waits for one reason before it gives up", "s")
     slow: float = parameter(5.0, Number(0.1, 600), "time without progress that counts as having no way", "s")
     progress: float = parameter(0.3, Number(0.01, 5), "what the cost to go must fall to count as progress", "m")
+    aside_after: float = parameter(
+        20.0, Number(1, 3600), "time without progress after which it goes aside, so that others get by", "s")
+    aside: float = parameter(0.8, Number(0.1, 5), "so far it goes aside", "m")
+    most_asides: int = parameter(6, Whole(0, 100), "it gives up when it would have to go aside more often")
+    aside_time: float = parameter(10.0, Number(1, 600), "time after which it is on its way to the goal again", "s")
     got_on: float = parameter(0.1, Number(0, 1), "so far it must have driven by its wheels to count as progress", "m")
     rest: float = parameter(1.0, Number(0, 10), "time it stands after a stall", "s")
     most_stalls: int = parameter(3, Whole(1, 100), "it gives up the goal when its wheels stall so often on the way")

@@ -42,6 +42,49 @@ def test_a_wide_cloud_is_not_sure(what, words):
     assert not certainty.sure and words in certainty.reason
 
 
+def long_cloud(angle, along, across, heading=0.05):
+    """Return a cloud that is long in a direction (rad)."""
+    axes = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    covariance = np.zeros((3, 3))
+    covariance[:2, :2] = axes @ np.diag([along ** 2, across ** 2]) @ axes.T
+    covariance[2, 2] = heading ** 2
+    return Spread(Pose(0.0, 0.0, 0.0), covariance)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7, np.pi / 2, -1.2])
+def test_a_long_and_narrow_cloud_lies_on_a_line(angle):
+    cloud = long_cloud(angle, 0.6, 0.02)
+    assert (cloud.position, cloud.across) == pytest.approx((0.6, 0.02))
+    assert abs(np.sin(cloud.direction - angle)) < 1e-6
+    certainty = sure()
+    certainty.judge(cloud)
+    assert certainty.on_a_line and not certainty.sure
+    certainty.judge(spread())
+    assert certainty.sure and not certainty.on_a_line
+
+
+@pytest.mark.parametrize("cloud", [
+    long_cloud(0.3, 0.6, 0.2), long_cloud(0.3, 0.6, 0.02, 0.4), long_cloud(0.3, 2.0, 0.02), spread(0.4)])
+def test_a_cloud_that_is_wide_in_more_than_one_way_or_very_long_lies_on_no_line(cloud):
+    certainty = sure()
+    certainty.judge(cloud)
+    assert not certainty.on_a_line and not certainty.sure
+
+
+def test_a_robot_that_is_not_sure_of_its_place_for_other_reasons_is_on_no_line():
+    certainty = Certainty(TUNED)
+    certainty.judge(long_cloud(0.0, 0.6, 0.02))
+    assert not certainty.on_a_line
+    certainty.place(trusted=False)
+    certainty.judge(long_cloud(0.0, 0.6, 0.02))
+    assert not certainty.on_a_line
+    certainty = sure()
+    for _ in range(30):
+        hear(certainty, 0.0)
+    certainty.judge(long_cloud(0.0, 0.6, 0.02))
+    assert certainty.doubts and not certainty.on_a_line
+
+
 def test_readings_that_contradict_make_it_unsure_and_good_ones_sure_again():
     certainty = sure()
     for _ in range(25):

@@ -4,12 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from small_worlds import ROOM, TRANSDUCERS, SensingRobot, map_of, off, unknown_map
+from small_worlds import ROOM, TRANSDUCERS, SensingRobot, map_of, off, rectangle, unknown_map
 
 from pioneer_control.errors import UsageError
 from pioneer_control.floor_poses import Pose
 from pioneer_control.navigation.localisation import Localisation
 from pioneer_control.navigation.values import Twist
+from pioneer_control.simulator.world import World
 
 MAP = map_of(ROOM)
 START = Pose(3.2, 1.0, 2.6)
@@ -40,6 +41,20 @@ def test_a_known_start_that_is_a_little_off():
     assert not results[0].sure and results[-1].sure and not results[-1].reason
     assert np.all(off(results[-1], robot) < np.array(SURE))
     assert results[-1] is localisation.where
+
+
+def test_while_it_turns_in_a_corridor_its_cloud_stays_whole_and_it_says_on_which_line_it_is():
+    """A few poses of the cloud fit the walls. Without others between them, chance would choose a place."""
+    corridor = World("corridor", walls=rectangle(0, 0, 24, 1.2), starts=[(12.0, 0.6, 0.0)])
+    robot, localisation = SensingRobot(corridor, Pose(12.0, 0.6, 0.4)), Localisation(map_of(corridor), TRANSDUCERS)
+    localisation.known_start(Pose(12.3, 0.5, 0.5))
+    for _ in range(200):
+        where = localisation.update(robot.step(0.0, 0.04))
+    x = np.sort(localisation.particles[:, 0])
+    assert not where.sure and x[0] < 11.8 and x[-1] > 12.6 and np.diff(x[60:-60]).max() < 0.1
+    assert len(where.line) > 4 and np.ptp([pose.y for pose in where.line]) < 0.1
+    low, high = sorted((where.line[0].x, where.line[-1].x))
+    assert low < 12.0 < high
 
 
 def test_an_unknown_start_is_found():

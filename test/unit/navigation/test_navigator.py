@@ -16,13 +16,14 @@ from pioneer_control.navigation.values import STOP, Firing, Sensing, Twist
 WELL = Readiness()
 SOON = NavigationNumbers(navigator=NavigatorNumbers(wait=6.0, patience=9.0))
 START = Pose(1.0, 1.0, 0.0)
+WALL = [(3.9, 1.6 + 0.1 * number) for number in range(9)]
 
 
 class Spot:
     """A place for the navigator."""
 
-    def __init__(self, pose, sure=True, reason=""):
-        self.pose, self.sure, self.reason = pose, sure, reason
+    def __init__(self, pose, sure=True, reason="", line=()):
+        self.pose, self.sure, self.reason, self.line = pose, sure, reason, line
 
 
 class Run:
@@ -131,6 +132,19 @@ def test_it_stands_while_somebody_walks_beside_it_and_goes_on_after():
         assert step < 6 or step > 20 or stands(run)
     run.posts = ()
     assert run.until(State.REACHED, State.FAILED).state is State.REACHED
+
+
+def test_who_was_beside_it_and_is_not_heard_any_more_may_be_where_it_turns_or_drives_backward():
+    run = Run(subtype="amigo-sh", start=Pose(1.0, 2.0, 0.0))
+    run.step()
+    assert run.navigator.go_to(0.4, 2.0, None, run.time) == ""
+    for seconds, post in ((1.5, (1.07, 2.34)), (1.8, (0.88, 2.3))):     # the second is behind its side, unheard
+        run.posts, end = [post], run.time + seconds
+        while run.time < end:
+            run.step()
+            assert run.decision.twist == STOP or run.decision.twist.linear > 0.0
+    while run.step().twist.linear > 0.0 or run.decision.twist == STOP:
+        assert run.time < 106.0
 
 
 def test_it_goes_on_beside_what_has_proved_to_stand_still():
@@ -387,6 +401,48 @@ def test_it_looks_around_also_in_a_corridor():
     assert any(run.step(where=lost()).twist.angular for _ in range(50))
 
 
+def corridor():
+    """Return the map of a corridor of 6 x 1.2 m along x."""
+    cells = room().cells.copy()
+    cells[52:, :] = cells[:28, :] = OCCUPIED
+    return GridMap(cells, 0.05, (0.0, 0.0))
+
+
+def somewhere_along(run, back=0.8, ahead=0.8):
+    """Return where a robot is that knows all but how far along a corridor it is."""
+    x, y, heading = run.pose
+    return Spot(run.pose, False, "I may be 0.4 m away from there", [
+        Pose(x + off, y, heading) for off in np.linspace(-back, ahead, 9)])
+
+
+@pytest.mark.parametrize("heading", [0.3, 2.8])
+def test_unsure_only_of_where_along_a_corridor_it_looks_from_elsewhere_slowly_and_not_for_too_long(heading):
+    run = Run(corridor(), "amigo-sh", Pose(3.0, 2.0, heading))
+    run.navigator = Navigator(run.walls, run.chassis, NavigationNumbers(navigator=NavigatorNumbers(unsure_drive=14.0)))
+    run.driving((5.0, 2.0, None))
+    start, speeds, places = run.pose.x, [], []
+    for _ in range(400):
+        speeds.append(run.step(where=somewhere_along(run)).twist.linear)
+        places.append(abs(run.pose.x - start))
+        assert run.decision.state is State.WAITING and abs(run.pose.y - 2.0) < 0.2
+    assert not any(speeds[:50]) and 0.1 < max(np.abs(speeds)) <= 0.15 and not any(speeds[145:])
+    assert 0.8 < max(places) < 1.4
+
+
+@pytest.mark.parametrize("posts, ahead, least, most", [((), 0.8, 0.9, 2.0), (WALL, 0.8, 0.3, 0.6),
+                                                       ((), 2.5, 0.1, 0.3)])
+def test_along_a_corridor_it_stops_before_what_it_hears_and_where_a_wall_may_be(posts, ahead, least, most):
+    run = Run(corridor(), "amigo-sh", Pose(3.0, 2.0, 0.0), posts)
+    run.navigator = Navigator(run.walls, run.chassis)
+    run.step()
+    run.navigator.go_to(5.0, 2.0, None, run.time)
+    places = []
+    for _ in range(150):
+        run.step(where=somewhere_along(run, 0.8, ahead))
+        places.append(run.pose.x - 3.0)
+    assert least < max(places) < most
+
+
 def test_it_does_not_turn_into_a_wall_that_gave_no_echo():
     run = Run(start=Pose(3.0, 2.0, 0.0)).driving((1.0, 1.0, None))
     run.step(where=Spot(Pose(2.0, 0.27, 0.0)))      # where it was sure last: beside a wall
@@ -417,6 +473,22 @@ def test_it_gives_up_when_the_only_way_stays_blocked():
     decision = run.until(State.REACHED, State.FAILED, seconds=60.0)
     assert decision.state is State.FAILED and "gave up: no way on for 9 s" in decision.reason
     assert run.pose.x < 2.85
+
+
+def test_it_goes_aside_for_who_waits_until_it_is_gone_and_gives_up_at_last_for_what_stays():
+    numbers = NavigationNumbers(navigator=NavigatorNumbers(aside_after=5.0, most_asides=2))
+    for leaves in (True, False):
+        run = Run(corridor(), start=Pose(1.5, 2.0, 0.0), posts=[(3.0, 1.8), (3.0, 2.2)])
+        run.navigator = Navigator(run.walls, run.chassis, numbers)
+        run.step()
+        assert run.navigator.go_to(4.5, 2.0, None, run.time) == ""
+        nearest = 0.0
+        while run.step().state not in (State.REACHED, State.FAILED) and run.time < 300.0:
+            nearest = max(nearest, run.pose.x)
+            if leaves and run.pose.x < nearest - 0.5:
+                run.posts = ()
+        assert run.decision.state is (State.REACHED if leaves else State.FAILED)
+    assert "no way on" in run.decision.reason and run.time < 160.0
 
 
 def test_a_cost_that_changes_with_the_map_is_no_progress(monkeypatch):

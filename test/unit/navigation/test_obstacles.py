@@ -158,6 +158,32 @@ def test_what_stands_is_known_since_its_first_echo_and_what_walks_since_a_moment
     assert (newest(stands) == 1.0).all() and newest(walks).min() > 2.3
 
 
+@pytest.mark.parametrize("distance, notices", [(0.3, 0.16), (0.5, 0.2), (1.5, 0.24)])
+def test_who_stood_for_long_and_begins_to_walk_is_noticed_the_sooner_the_nearer(distance, notices):
+    obstacles, time, way = memory(), 1.0, 0.0
+    for _ in range(30):
+        hear(obstacles, distance, time)
+        time += 0.1
+    places = obstacles.heard()
+    while (places.since[places.time == places.time.max()] == 1.0).any():
+        way, time = way + 0.02, time + 0.1
+        places = hear(obstacles, distance - way, time)
+    assert 0.08 < way < notices
+
+
+@pytest.mark.parametrize("speed, known", [(0.35, True), (0.05, False)])
+def test_a_robot_that_drives_hears_one_place_after_another_of_one_thing(speed, known):
+    obstacles, way, time = memory(), 0.0, 1.0
+    for _ in range(30):
+        hear(obstacles, 0.3, time, number=0)
+        time += 0.1
+    while way < 0.27:
+        way, time = way + 0.1 * speed, time + 0.1
+        at = Pose(2.0 + way, 2.0, 0.0)
+        places = hear(obstacles, 0.3, time, number=0, odometry=at, where=at)
+    assert (places.since[places.time == places.time.max()] == 1.0).any() == known
+
+
 def test_what_was_silent_for_long_must_prove_anew_that_it_stands():
     obstacles = memory()
     hear(obstacles, 1.0, 1.0)
