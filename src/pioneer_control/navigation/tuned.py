@@ -42,8 +42,8 @@ class LocalisationNumbers:
     particles: int = parameter(300, Whole(50, 20000), "poses in the cloud, while one place is likely")
     particles_searching: int = parameter(1200, Whole(50, 20000), "poses in the cloud, while several places are likely")
     roughening: float = parameter(
-        0.02, Number(0.0, 0.2), "poses drawn anew scatter so about the old, while it turns on the spot, is not sure, and "
-        "the cloud is wide", "m, rad")
+        0.02, Number(0.0, 0.2), "poses drawn anew scatter so about the old, while it turns on the spot, is not "
+        "sure, and the cloud is wide", "m, rad")
     noise_way: float = parameter(
         0.05, Number(0.0, 1.0), "standard deviation of a way of 1 m by the wheels; it grows with the root of the way",
         "m")
