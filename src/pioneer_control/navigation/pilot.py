@@ -28,8 +28,6 @@ MOST_REFUSALS = 20
 """How many goals of the explorer the navigator may refuse, one after the other."""
 HOME_TRIES = 3
 """How often it tries to come home."""
-WORKS = State.DRIVING, State.WAITING
-"""The states with a goal."""
 
 
 class PilotStep(NamedTuple):
@@ -283,7 +281,7 @@ class Pilot:
         explorer = self._explorer
         if explorer is not None and not (readiness.may_command and readiness.motors):
             explorer.held_up(sensing.time)
-        ended = decision.state not in WORKS
+        ended = not decision.state.has_goal
         if self._is_new:
             self._is_new, self._plans = False, 0 if ended else 2
             self._navigator.use_map(self._drivable)
@@ -295,7 +293,7 @@ class Pilot:
             self._mapped, self._drivable, self._is_new = sensing.time, self._knows.drivable, True
         elif explorer is not None and explorer.is_over(where.pose, where.time, self._drivable):
             decision = self._explore_on(explorer, where, decision)
-        if self._explorer is not None and decision.state not in WORKS:
+        if self._explorer is not None and not decision.state.has_goal:
             decision = Decision(STOP, State.WAITING, "choosing where to go next")
         if ended and explorer is None:
             self._goal = None

@@ -185,7 +185,7 @@ class NavigationNode:
 
     def _drive(self, step: PilotStep) -> None:
         """Publish the velocity while there is a goal, and one zero when the goal ends. Borrow brakes meanwhile."""
-        wants, now = step.state in (State.DRIVING, State.WAITING), monotonic()
+        wants, now = step.state.has_goal, monotonic()
         if wants or self._drives:
             self._velocity.publish(Twist(linear=Vector3(x=step.twist.linear), angular=Vector3(z=step.twist.angular)))
         self._drives = wants
