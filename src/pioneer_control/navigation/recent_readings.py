@@ -52,8 +52,9 @@ class RecentReadings:
         if self._end + count > len(self._rows):
             self._rows[:self._most] = self._rows[self._end - self._most:self._end].copy()
             self._end = self._most
+        x, y = out_of(odometry, beams.x, beams.y)
         self._rows[self._end:self._end + count] = np.stack((
-            *out_of(odometry, beams.x, beams.y), odometry.heading + beams.heading, beams.measured, beams.sensor), axis=1)
+            x, y, odometry.heading + beams.heading, beams.measured, beams.sensor), axis=1)
         self._end += count
         self.heard += count
 

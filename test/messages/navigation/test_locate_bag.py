@@ -17,7 +17,7 @@ import bag_factory as make
 from pioneer_control import p2os
 from pioneer_control.client.odometry import Odometry
 from pioneer_control.msg import Places
-from pioneer_control.navigation.map_files import load_floor_map
+from pioneer_control.navigation.node.map_files import load_floor_map
 from pioneer_control.navigation.node import locate_bag
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.firmware import Firmware

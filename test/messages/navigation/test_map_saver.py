@@ -8,7 +8,7 @@ import pytest
 from pioneer_control.errors import UsageError
 from pioneer_control.floor_poses import Pose
 from pioneer_control.maps import FREE, GridMap
-from pioneer_control.navigation.map_files import load_floor_map
+from pioneer_control.navigation.node.map_files import load_floor_map
 from pioneer_control.navigation.node.map_saver import MapSaver
 
 START = Pose(3.0, -1.0, 3.1)

@@ -9,7 +9,7 @@ from pioneer_control.errors import UsageError, WorldError
 from pioneer_control.floor_poses import Pose
 from pioneer_control.maps import FREE, OCCUPIED, UNKNOWN, FloorMap, GridMap, write_ros_map
 from pioneer_control.maps.goals_file import goals_file, read_goals, write_goals
-from pioneer_control.navigation.map_files import load_floor_map
+from pioneer_control.navigation.node.map_files import load_floor_map
 
 CELLS = np.array([[FREE, OCCUPIED, UNKNOWN, FREE], [FREE, FREE, FREE, OCCUPIED]], dtype=np.int8)
 MAP = GridMap(CELLS, 0.05, (-1.25, 2.5))

@@ -16,7 +16,7 @@ from nav_msgs.msg import OccupancyGrid
 
 from ... import msg, standard_messages
 from ...bags.command_line import Progress, parser_of
-from ...bags.converting.messages import kind_of, namespace_of, transducers_of
+from ...bags.converting.messages import kind_of, namespace_of
 from ...bags.reader import BagConnection, BagReader, decode, read_bag
 from ...bags.records import BagError
 from ...bags.writer import BagWriter, serialized
@@ -27,11 +27,11 @@ from ...message_values import heading_of
 from ...robots import RobotModel, find_model
 from ...whole_file import writing
 from ..chassis import Chassis
-from ..map_files import load_floor_map
+from .map_files import load_floor_map
 from ..navigator import Readiness
 from ..pilot import Pilot, PilotStep
 from ..senses import Senses
-from .messages import cloud_message, header_of, map_message, pose2d, pose_with_covariance
+from .messages import body_of, cloud_message, header_of, map_message, pose2d, pose_with_covariance
 
 FRAME = "map"
 CLOUD_EVERY = 1.0
@@ -94,8 +94,7 @@ def robot_of(path: str, wanted: str, model: str) -> Tuple[str, Chassis, Optional
                              " --model p3dx-sh for example" % path)
         found = find_model(model)
         return names[0], Chassis(found.sonar, found.outline(False), 0.4, 1.0), found if info is None else None
-    corners = tuple((corner.x, corner.y) for corner in info.footprint.points)
-    return names[0], Chassis(transducers_of(info), corners, 0.4, 1.0), None
+    return names[0], Chassis(*body_of(info), 0.4, 1.0), None
 
 
 class Locator:

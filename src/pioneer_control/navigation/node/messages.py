@@ -13,6 +13,8 @@ from ...errors import UsageError
 from ...floor_poses import Pose
 from ...maps import GridMap
 from ...message_values import heading_of, quaternion_of
+from ...robots import Transducer
+from ..values import Point as Place
 
 LEAST_SPREAD = 0.05
 """Smallest standard deviation (m, rad) of a pose that somebody tells: nobody knows it more exactly."""
@@ -46,6 +48,14 @@ def pose_of_transform(transform: Any) -> Pose:
     """Return where a geometry_msgs/Transform of tf places a frame on the floor."""
     turn = transform.rotation
     return Pose(transform.translation.x, transform.translation.y, heading_of(turn.x, turn.y, turn.z, turn.w))
+
+
+def body_of(info: Any) -> Tuple[Tuple[Transducer, ...], Tuple[Place, ...]]:
+    """Return the transducers of the robot that a RobotInfo tells of, and the corners (m; robot's frame) of its outline.
+    """
+    return (tuple(Transducer(number, pose.x, pose.y, pose.theta)
+                  for number, pose in zip(info.sonar_numbers, info.sonar_poses)),
+            tuple((corner.x, corner.y) for corner in info.footprint.points))
 
 
 def pose2d(pose: Pose) -> Pose2D:
