@@ -19,7 +19,7 @@ import sys
 import threading
 from dataclasses import replace
 from time import monotonic
-from typing import Any, Callable, List, Optional
+from typing import Any, Callable, List, Optional, Set
 
 import rospy
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist, Vector3
@@ -88,6 +88,7 @@ class NavigationNode:
         elif parameters.start == "home" and floor and floor.starts:
             self._pilot.start_at(floor.starts[0])
         self._drives, self._borrow_at = False, 0.0
+        self._written: Set[str] = set()     # files of maps
         self._goals = GoalServer(self._accept_goal, self._cancel, self._refuses)
         self._lock = self._goals.lock
         self._hearing = Hearing(info.sonar_numbers, self._lock, self._sense)
@@ -295,11 +296,12 @@ class NavigationNode:
 
     def _save_map(self, request: Any) -> SaveMapResponse:
         try:
-            write_map(self._pilot.grid, self._keeper.places, request.file)
+            done = write_map(self._pilot.grid, self._keeper.places, request.file, request.file in self._written)
         except PioneerError as error:
             return SaveMapResponse(False, str(error))
-        rospy.loginfo("the map is saved in %s", request.file)
-        return SaveMapResponse(True, "saved in %s" % request.file)
+        self._written.add(request.file)
+        rospy.loginfo("the map is %s", done)
+        return SaveMapResponse(True, done)
 
     def _finished_map(self) -> GridMap:
         self._pilot.finish()
