@@ -246,6 +246,11 @@ class Pilot:
         return ""
 
     @property
+    def goal(self) -> Optional[Pose]:
+        """Where it sends the robot now, if anywhere (map frame)."""
+        return self._goal
+
+    @property
     def explores(self) -> bool:
         """Whether it explores."""
         return self._explorer is not None

@@ -226,6 +226,12 @@ class NavigationNode:
         rospy.loginfo("goal: %s%.2f, %.2f", name and name + ", at ", goal.x, goal.y)
 
     def _cancel(self) -> None:
+        """End what the robot does, whoever sent it, and say so: who asks to cancel may be another one."""
+        goal = self._pilot.goal
+        if self._pilot.explores:
+            rospy.loginfo("exploring ends: somebody cancels it")
+        elif goal is not None:
+            rospy.loginfo("the goal at %.2f, %.2f ends: somebody cancels it", goal.x, goal.y)
         self._pilot.cancel()
         self._stand()
 
