@@ -30,7 +30,7 @@ SONAR_NUMBERS = SensorNumbers()
 LASER_NUMBERS = SensorNumbers(sigma=0.06, sigma_per_metre=0.02, hit=0.80, long=0.04, none=0.04, short=0.09, random=0.03)
 """A laser. Its standard deviation is mainly that of the table of expected ranges between its nodes and directions."""
 LASER_WEIGHT = 0.03
-"""Share of the log-likelihood of each ray of a laser that counts, as `LocalisationNumbers.weight` of a sonar reading."""
+"""Share of each laser ray's log-likelihood that counts, as `LocalisationNumbers.weight` is of a sonar reading's."""
 
 
 @dataclass(frozen=True)
