@@ -21,7 +21,7 @@ from navigation_drive import SPEED, TURN_RATE, goals_of, set_accelerations
 from pioneer_control.floor_poses import Pose
 from pioneer_control.maps.floor_map import FloorMap
 from pioneer_control.navigation.chassis import Chassis
-from pioneer_control.navigation.map_files import floor_map_of
+from pioneer_control.navigation.node.map_files import floor_map_of
 from pioneer_control.navigation.navigator import Readiness, State
 from pioneer_control.navigation.pilot import Pilot
 from pioneer_control.navigation.senses import Senses

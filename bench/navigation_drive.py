@@ -24,7 +24,7 @@ from pioneer_control.floor_poses import Pose, wrapped
 from pioneer_control.maps.grid_map import GridMap
 from pioneer_control.navigation.chassis import Chassis
 from pioneer_control.navigation.frames import into
-from pioneer_control.navigation.navigator import Navigator, Readiness, State
+from pioneer_control.navigation.navigator import Navigator, Readiness
 from pioneer_control.navigation.planning import DrivableFloor
 from pioneer_control.navigation.tuned import PlanningNumbers
 from pioneer_control.simulator.world.generated import with_unmapped, with_walkers
@@ -156,7 +156,7 @@ def run(seed: int, options) -> List[Leg]:
                 contact = "at %.1f s %s, told (%.2f, %.2f), people at %s" % (
                     sensing.time, tuple(round(each, 2) for each in truth), *decision.twist, near)
             trail.append((here, decision.state))
-            if decision.state in (State.REACHED, State.FAILED):
+            if not decision.state.has_goal:
                 break
         legs.append(Leg(
             seed, world.name, its.setup.model, number, decision.state.value, decision.reason,

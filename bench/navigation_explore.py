@@ -21,7 +21,7 @@ from simulated_robot import SimulatedRobot
 from pioneer_control.floor_poses import Pose
 from pioneer_control.maps import FREE, GridMap
 from pioneer_control.navigation.chassis import Chassis
-from pioneer_control.navigation.navigator import Readiness, State
+from pioneer_control.navigation.navigator import Readiness
 from pioneer_control.navigation.pilot import Pilot
 from pioneer_control.simulator.world.grids import flood
 
@@ -62,7 +62,7 @@ def explored(options: argparse.Namespace, seed: int) -> Exploration:
     pilot.explore(True)
     drive, own, costs = Drive(its, [], []), [], []
     goal, goals = None, 0
-    while step.time < options.minutes * 60.0 and (step.time < 10.0 or step.state in (State.DRIVING, State.WAITING)):
+    while step.time < options.minutes * 60.0 and (step.time < 10.0 or step.state.has_goal):
         robot.command(*step.twist)
         sensing = robot.sense()
         began = time.process_time()

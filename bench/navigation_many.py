@@ -24,7 +24,7 @@ from std_srvs.srv import SetBool
 from pioneer_control.msg import Navigation  # before the modules of the bench, which look for the sources alone
 from pioneer_control.floor_poses import Pose
 from pioneer_control.maps.grid_map import GridMap
-from pioneer_control.navigation.map_files import load_floor_map
+from pioneer_control.navigation.node.map_files import load_floor_map
 from pioneer_control.navigation.node.messages import header_of, pose_message
 
 from navigation_wire import Truth, end, ros_master, until

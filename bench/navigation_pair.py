@@ -17,7 +17,7 @@ from navigation_drive import SPEED, TURN_RATE, TruePlace, set_accelerations
 from pioneer_control.floor_poses import Pose
 from pioneer_control.maps.grid_map import GridMap
 from pioneer_control.navigation.chassis import Chassis
-from pioneer_control.navigation.navigator import Navigator, Readiness, State
+from pioneer_control.navigation.navigator import Navigator, Readiness
 from pioneer_control.simulator.world import World
 
 LENGTH, WIDTH = 12.0, 2.0   # m
@@ -54,7 +54,7 @@ def run(seed: int) -> Tuple[List[str], int, float]:
             sensing = robot.sense()
             decision = navigator.step(sensing, TruePlace(Pose(*robot.firmware.true_pose)), Readiness(), sensing.time)
             robot.command(*decision.twist)
-            if not ends[number] and decision.state in (State.REACHED, State.FAILED):
+            if not ends[number] and not decision.state.has_goal:
                 ends[number] = decision.reason
     return ends, sum(robot.firmware.contacts for robot in robots), time
 

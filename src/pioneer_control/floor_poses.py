@@ -32,3 +32,9 @@ def relative(frame: Pose, pose: Pose) -> Pose:
     cosine, sine = math.cos(frame.heading), math.sin(frame.heading)
     x, y = pose.x - frame.x, pose.y - frame.y
     return Pose(x * cosine + y * sine, y * cosine - x * sine, wrapped(pose.heading - frame.heading))
+
+
+def between(before: Pose, after: Pose, share: float) -> Pose:
+    """Return the pose at a share (0 to 1) of a motion between two poses in the same frame. It turns the shorter way."""
+    return Pose(before.x + (after.x - before.x) * share, before.y + (after.y - before.y) * share,
+                wrapped(before.heading + wrapped(after.heading - before.heading) * share))

@@ -26,7 +26,7 @@ from clock import Time
 from pioneer_control.maps import write_ros_map
 from pioneer_control.maps.goals_file import goals_file, write_goals
 from pioneer_control.msg import Navigation, RobotInfo
-from pioneer_control.navigation.map_files import load_floor_map
+from pioneer_control.navigation.node.map_files import load_floor_map
 from pioneer_control.srv import Carry, GoTo
 from witness import Witness, wait_until
 

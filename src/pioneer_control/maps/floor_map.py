@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import UsageError
 from ..floor_poses import Pose
 from ..parameters import nearest
-from .grid_map import OCCUPIED, GridMap
+from .grid_map import FORBIDDEN, GridMap
 
 Line = Tuple[float, float, float, float]
 
@@ -48,7 +48,7 @@ class FloorMap:
         raise UsageError("no place named %r on the map %s; %sknown: %s" % (name, self.name, hint, known))
 
     def drivable(self) -> GridMap:
-        """Return the grid for planning: as `grid`, with the forbidden lines as if they were walls."""
+        """Return the grid for planning: as `grid`, with `FORBIDDEN` cells where its forbidden lines are."""
         if not self.forbidden:
             return self.grid
         cells = self.grid.cells.copy()
@@ -56,5 +56,5 @@ class FloorMap:
             steps = int(2.0 * np.hypot(x2 - x1, y2 - y1) / self.grid.resolution) + 2
             row, column = self.grid.cell(np.linspace(x1, x2, steps), np.linspace(y1, y2, steps))
             inside = (row >= 0) & (row < cells.shape[0]) & (column >= 0) & (column < cells.shape[1])
-            cells[row[inside], column[inside]] = OCCUPIED
+            cells[row[inside], column[inside]] = FORBIDDEN
         return GridMap(cells, self.grid.resolution, self.grid.origin)

@@ -17,6 +17,8 @@ FAR = 1e9
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 """Values of a cell, equal to those of nav_msgs/OccupancyGrid."""
+FORBIDDEN = 99
+"""The value of a cell that no robot may use, though nothing stands there: only in grids for planning."""
 
 
 @dataclass(frozen=True)

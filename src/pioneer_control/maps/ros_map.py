@@ -127,6 +127,15 @@ def _occupancy(grey: Array, negate: bool, raw: bool) -> Array:
     return grey / 255.0 if negate else (255.0 - grey) / 255.0
 
 
+def check_map_file(path: Path) -> None:
+    """Check that a map can have this name. Raises WorldError if it does not end in .yaml, or is one of places."""
+    if path.suffix != ".yaml":
+        raise WorldError("map file %s: its name must end in .yaml" % path)
+    if path.name.endswith(ENDING):
+        raise WorldError("map file %s: its name must not end in %s: so ends the file of places of another map"
+                         % (path, ENDING))
+
+
 def write_ros_map(grid_map: GridMap, path: Union[str, Path]) -> None:
     """Write a map as map_server reads it: the YAML file `path`, and beside it an image (PGM) of the same name.
 
@@ -136,11 +145,7 @@ def write_ros_map(grid_map: GridMap, path: Union[str, Path]) -> None:
         WorldError: `path` does not end in .yaml, is the name of a file of places, or a file cannot be written.
     """
     path = Path(path)
-    if path.suffix != ".yaml":
-        raise WorldError("map file %s: its name must end in .yaml" % path)
-    if path.name.endswith(ENDING):
-        raise WorldError("map file %s: its name must not end in %s: so ends the file of places of another map"
-                         % (path, ENDING))
+    check_map_file(path)
     image = path.with_suffix(".pgm")
     grey = np.full(grid_map.cells.shape, GREY[UNKNOWN], dtype=np.uint8)
     for value in (FREE, OCCUPIED):

@@ -3,8 +3,7 @@
 ``values``           what the robot senses and is told; ``firings``: when each sonar fired; ``senses``:
                      both from the topics of a robot; ``steady_time``: a time that never goes back
 ``pilot``            all of it for one robot: the front for the node and for benches
-``node``             the ROS node, a folder
-``map_files``        loads maps with their named places
+``node``             the ROS node, a folder; it also reads the files of maps
 ``tuned``            all numbers that were tuned, and what each does
 
 Where it is:

@@ -11,7 +11,9 @@ from typing import Any, FrozenSet, Iterable, List, NamedTuple, Tuple
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from ..floor_poses import Pose
 from ..robots import HALF_CONE, Transducer
+from .frames import into, turned
 from .values import Point
 
 Array = Any     # of numpy
@@ -139,10 +141,7 @@ def _way(outline: Tuple[Point, ...], margin: float, move: Manoeuvre, x: Array, y
         left = left[np.hypot(x, y) < reach]
     before = distance_outside(outline, x[left], y[left])
     for number in range(1, round(most / step) + 1):
-        pose_x, pose_y, heading = after(move, number * step)
-        cosine, sine = math.cos(heading), math.sin(heading)
-        dx, dy = x[left] - pose_x, y[left] - pose_y
-        now = distance_outside(outline, dx * cosine + dy * sine, dy * cosine - dx * sine)
+        now = distance_outside(outline, *into(after(move, number * step), x[left], y[left]))
         touched = (now < margin) & (now < before - 1e-5)
         # Where between the two steps the margin is met, in proportion; at once if it was within it before.
         share = np.clip((before - margin) / np.maximum(before - now, 1e-5), 0.0, 1.0)
@@ -151,14 +150,14 @@ def _way(outline: Tuple[Point, ...], margin: float, move: Manoeuvre, x: Array, y
     return way
 
 
-def after(move: Manoeuvre, way: float) -> Tuple[float, float, float]:
-    """Return x, y and heading (m, rad) of the robot after a move of this length (m; rad for a turn on the spot)."""
+def after(move: Manoeuvre, way: float) -> Pose:
+    """Return the pose of the robot (robot's frame) after a move of this length (m; rad for a turn on the spot)."""
     if move.direction == 0:
-        return 0.0, 0.0, move.bend * way
+        return Pose(0.0, 0.0, move.bend * way)
     heading, along = move.bend * way, move.direction * way
     if abs(heading) < 1e-9:
-        return along, 0.0, 0.0
-    return along * math.sin(heading) / heading, along * (1.0 - math.cos(heading)) / heading, heading
+        return Pose(along, 0.0, 0.0)
+    return Pose(along * math.sin(heading) / heading, along * (1.0 - math.cos(heading)) / heading, heading)
 
 
 def distance_outside(outline: Tuple[Point, ...], x: Array, y: Array) -> Array:
@@ -194,10 +193,11 @@ def _looked_at(outline: Tuple[Point, ...], looking: List[Transducer], move: Mano
     ahead = [after(move, way) for way in LOOKS if way * abs(move.bend) < 1.3]     # an arc that has not turned away
     x, y, heading = np.array(ahead).T[:, :, np.newaxis]
     point_x, point_y = np.array(leading(outline, move)).T
-    at_x = x + point_x * np.cos(heading) - point_y * np.sin(heading)
-    at_y = y + point_x * np.sin(heading) + point_y * np.cos(heading)
-    return bool(np.any([_in_cone(each, at_x, at_y) for each in looking] or [np.zeros(at_x.shape, dtype=bool)],
-                       axis=(0, 1)).all())
+    way_x, way_y = turned(point_x, point_y, heading)
+    looked_at = np.zeros(len(point_x), dtype=bool)
+    for each in looking:
+        looked_at |= _in_cone(each, x + way_x, y + way_y).any(axis=0)
+    return bool(looked_at.all())
 
 
 def leading(outline: Tuple[Point, ...], move: Manoeuvre) -> List[Point]:
@@ -212,7 +212,5 @@ def leading(outline: Tuple[Point, ...], move: Manoeuvre) -> List[Point]:
 
 
 def _in_cone(transducer: Transducer, x: Array, y: Array) -> Array:
-    dx, dy = x - transducer.x, y - transducer.y
-    along = dx * math.cos(transducer.heading) + dy * math.sin(transducer.heading)
-    aside = np.abs(dy * math.cos(transducer.heading) - dx * math.sin(transducer.heading))
-    return (along > 0.0) & (aside - GAP / 2.0 <= along * math.tan(HALF_CONE))
+    along, aside = into(Pose(transducer.x, transducer.y, transducer.heading), x, y)
+    return (along > 0.0) & (np.abs(aside) - GAP / 2.0 <= along * math.tan(HALF_CONE))

@@ -5,15 +5,15 @@ fact of `SonarNumbers` in the simulator). A packet has the readings since the pa
 """
 
 import collections
+import math
 from typing import Dict, Iterable, Tuple
 
+from ..message_values import NO_ECHO
 from ..robots import ARRAY_SIZE
 from .values import Firing
 
 CYCLE = 0.04
 """Time (s) between two firings of an array, at power-on."""
-NO_ECHO = 5.0
-"""The range (m) that stands for "no echo" in packets and in the topic ``sonar``; longer ones do too."""
 
 
 def timed(heard: Iterable[Tuple[int, float]], packet_time: float) -> Tuple[Firing, ...]:
@@ -22,7 +22,7 @@ def timed(heard: Iterable[Tuple[int, float]], packet_time: float) -> Tuple[Firin
     The last firing of each array lies half a cycle before the packet on average; each one before it, a cycle earlier.
 
     Args:
-        heard: number of the transducer and range (m), in the order of the packet.
+        heard: number of the transducer and range (m), in the order of the packet. `NO_ECHO` and more mean no echo.
         packet_time: time (s) at which the robot sent the packet.
     """
     readings = list(heard)
@@ -31,5 +31,5 @@ def timed(heard: Iterable[Tuple[int, float]], packet_time: float) -> Tuple[Firin
     for number, heard_range in readings:
         later[number // ARRAY_SIZE] -= 1
         time = packet_time - (later[number // ARRAY_SIZE] + 0.5) * CYCLE
-        firings.append(Firing(number, heard_range if heard_range < NO_ECHO else float("inf"), time))
+        firings.append(Firing(number, heard_range if heard_range < NO_ECHO else math.inf, time))
     return tuple(firings)

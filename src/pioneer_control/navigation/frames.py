@@ -23,6 +23,12 @@ def into(frame: Pose, x: Array, y: Array) -> Tuple[Array, Array]:
     return x * cosine + y * sine, y * cosine - x * sine
 
 
+def turned(x: Array, y: Array, angles: Array) -> Tuple[Array, Array]:
+    """Turn points about the origin, each by an angle of its own (rad)."""
+    cosine, sine = np.cos(angles), np.sin(angles)
+    return x * cosine - y * sine, x * sine + y * cosine
+
+
 def wrapped_angles(angles: Array) -> Array:
     """Return angles (rad) from -pi on, below pi. `floor_poses.wrapped` does it for one."""
     return np.remainder(angles + math.pi, 2.0 * math.pi) - math.pi

@@ -19,7 +19,7 @@ from .measurement import Beams, RangeModel
 from .pose_cloud import PoseCloud, Spread
 from .pose_search import Found, PoseSearch, same_place
 from .recent_readings import FiringPoses, RecentReadings, scan_beams
-from .tuned import LASER_NUMBERS, SONAR_NUMBERS, LocalisationNumbers
+from .tuned import LASER_NUMBERS, LASER_WEIGHT, SONAR_NUMBERS, LocalisationNumbers
 from .unseen_motion import SHORTEST_UNSEEN, UnseenMotion
 from .values import Scan, Sensing
 from .wheel_calibration import WheelCalibration
@@ -89,7 +89,7 @@ class Localisation:
         luck = np.random.default_rng(seed)
         self._sonar = Sense(RangeModel(grid_map, SONAR_BEAM, SONAR_NUMBERS, tuned.map_bias), tuned.weight)
         self._laser = Sense(
-            RangeModel(grid_map, LASER_BEAM, LASER_NUMBERS, tuned.map_bias), tuned.laser_weight) if laser else None
+            RangeModel(grid_map, LASER_BEAM, LASER_NUMBERS, tuned.map_bias), LASER_WEIGHT) if laser else None
         self._main = self._laser or self._sonar     # the sense that searches and judges
         places = standing_room(grid_map, tuned.clearance)
         self._search = PoseSearch(self._main.model, places, len(places) * grid_map.resolution ** 2, tuned, luck)

@@ -80,6 +80,11 @@ class State(enum.Enum):
     REACHED = "reached"
     FAILED = "failed"
 
+    @property
+    def has_goal(self) -> bool:
+        """Whether there is a goal that the robot is on the way to, or waits to go to."""
+        return self in (State.DRIVING, State.WAITING)
+
 
 class Decision(NamedTuple):
     """What the robot does now: a velocity, the state, and the reason for people."""

@@ -13,11 +13,11 @@ from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from ..floor_poses import Pose, compose, wrapped
+from ..floor_poses import Pose, between, compose
 from ..maps.grid_map import GridMap
 from ..robots import HALF_CONE
 from .chassis import Chassis
-from .frames import into, out_of
+from .frames import into, out_of, turned
 from .tuned import ObstacleNumbers
 from .values import Sensing
 
@@ -176,9 +176,8 @@ class Obstacles:
     def _passing(self, echoes: Array, x: Array, y: Array) -> Array:
         """Return which echoes have passed which places: an array of bools with a row for each echo."""
         eye_x, eye_y, heading, far, _ = echoes
-        cosine, sine, dx, dy = np.cos(heading), np.sin(heading), x - eye_x, y - eye_y
-        along, aside = dx * cosine + dy * sine, np.abs(dy * cosine - dx * sine)
-        return (aside < along * math.tan(_THROUGH)) & (
+        along, aside = turned(x - eye_x, y - eye_y, -heading)
+        return (np.abs(aside) < along * math.tan(_THROUGH)) & (
             np.hypot(along, aside) < far - self._tuned.seen_through)
 
     def _put(self, x: Array, y: Array, time: Array, mapped: Array, until: Array, same: Array) -> None:
@@ -227,9 +226,7 @@ class Obstacles:
         if before is None or not before.time < sensing.time:
             return sensing.odometry
         share = min(1.0, max(0.0, (time - before.time) / (sensing.time - before.time)))
-        start, end = before.odometry, sensing.odometry
-        return Pose(start.x + (end.x - start.x) * share, start.y + (end.y - start.y) * share,
-                    wrapped(start.heading + wrapped(end.heading - start.heading) * share))
+        return between(before.odometry, sensing.odometry, share)
 
 
 def edge_cells(clearance: Array) -> Array:

@@ -28,8 +28,6 @@ MOST_REFUSALS = 20
 """How many goals of the explorer the navigator may refuse, one after the other."""
 HOME_TRIES = 3
 """How often it tries to come home."""
-WORKS = State.DRIVING, State.WAITING
-"""The states with a goal."""
 
 
 class PilotStep(NamedTuple):
@@ -248,6 +246,11 @@ class Pilot:
         return ""
 
     @property
+    def goal(self) -> Optional[Pose]:
+        """Where it sends the robot now, if anywhere (map frame)."""
+        return self._goal
+
+    @property
     def explores(self) -> bool:
         """Whether it explores."""
         return self._explorer is not None
@@ -283,7 +286,7 @@ class Pilot:
         explorer = self._explorer
         if explorer is not None and not (readiness.may_command and readiness.motors):
             explorer.held_up(sensing.time)
-        ended = decision.state not in WORKS
+        ended = not decision.state.has_goal
         if self._is_new:
             self._is_new, self._plans = False, 0 if ended else 2
             self._navigator.use_map(self._drivable)
@@ -295,7 +298,7 @@ class Pilot:
             self._mapped, self._drivable, self._is_new = sensing.time, self._knows.drivable, True
         elif explorer is not None and explorer.is_over(where.pose, where.time, self._drivable):
             decision = self._explore_on(explorer, where, decision)
-        if self._explorer is not None and decision.state not in WORKS:
+        if self._explorer is not None and not decision.state.has_goal:
             decision = Decision(STOP, State.WAITING, "choosing where to go next")
         if ended and explorer is None:
             self._goal = None

@@ -21,7 +21,7 @@ from scipy import ndimage
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components, dijkstra
 
-from ..maps.grid_map import FREE, OCCUPIED, GridMap
+from ..maps.grid_map import FORBIDDEN, FREE, OCCUPIED, UNKNOWN, GridMap
 from .tuned import PlanningNumbers
 from .values import Point
 
@@ -35,6 +35,9 @@ _STEPS = [(rows, columns) for rows in range(-2, 3) for columns in range(-2, 3) i
 _AIM_STEPS = 5
 _BEYOND = 4.0
 """A new plan has all squares up to this much farther from the goal than the robot is, as costs."""
+
+
+_REFUSED = {OCCUPIED: "in a wall", UNKNOWN: "where the map is unknown", FORBIDDEN: "on a forbidden line"}
 
 
 class Net(NamedTuple):
@@ -81,8 +84,8 @@ class DrivableFloor:
         self._map, self._tuned = grid_map, tuned
         self._least = half_width + tuned.squeeze
         self._wanted = half_width + tuned.keep
-        blocked = (grid_map.cells == OCCUPIED) if through_unknown else (grid_map.cells != FREE)
-        framed = ndimage.distance_transform_edt(np.pad(~blocked, 1)) * grid_map.resolution
+        passable = (grid_map.cells == FREE) | (through_unknown & (grid_map.cells == UNKNOWN))
+        framed = ndimage.distance_transform_edt(np.pad(passable, 1)) * grid_map.resolution
         self.clearance: Array = framed[1:-1, 1:-1]
         self._pooled = max(1, round(tuned.side / grid_map.resolution))
         self.side = grid_map.resolution * self._pooled
@@ -109,18 +112,18 @@ class DrivableFloor:
         row, column = (int(each) for each in self._map.cell(x, y))
         rows, columns = self._map.cells.shape
         if not (0 <= row < rows and 0 <= column < columns):
-            return "%s lies outside of the map, which has x from %.2f to %.2f and y from %.2f to %.2f" % (
-                name, self._map.bounds[0], self._map.bounds[2], self._map.bounds[1], self._map.bounds[3])
-        if self._map.cells[row, column] == OCCUPIED:
-            return "%s lies in a wall" % name
+            left, bottom, right, top = self._map.bounds
+            return ("the goal (%.6g, %.6g) lies outside of the map, which has x from %.2f to %.2f and y from %.2f to"
+                    " %.2f" % (x, y, left, right, bottom, top))
         if self.clearance[row, column] <= 0.0:
-            return "%s lies where the map is unknown" % name
+            return "%s lies %s" % (name, _REFUSED[int(self._map.cells[row, column])])
         if self.clearance[row, column] < self._least:
-            return "%s lies %.2f m from what the map has there: the robot needs %.2f m" % (
-                name, self.clearance[row, column], self._least)
+            return ("%s lies %.2f m from the nearest wall, forbidden line or unknown floor: the robot needs %.2f m"
+                    % (name, self.clearance[row, column], self._least))
         if not self._usable.any() or self._part(start) != self._part(goal):
-            return "%s cannot be reached: no way %.2f m wide leads there from (%.2f, %.2f)" % (
-                name, 2.0 * self._least, start[0], start[1])
+            return "%s cannot be reached: no way %.2f m wide leads there from (%.2f, %.2f)%s" % (
+                name, 2.0 * self._least, start[0], start[1],
+                " that crosses no forbidden line" if (self._map.cells == FORBIDDEN).any() else "")
         return ""
 
     def to(self, goal: Point) -> "RoutePlan":

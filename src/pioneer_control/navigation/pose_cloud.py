@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, Tuple
 import numpy as np
 
 from ..floor_poses import Pose
-from .frames import wrapped_angles
+from .frames import turned, wrapped_angles
 from .tuned import LocalisationNumbers
 
 Array = Any     # of numpy
@@ -88,15 +88,10 @@ class PoseCloud:
         self._turns_only = way < ON_THE_SPOT
         tuned, count = self._tuned, len(self.poses)
         scatter = self._luck.normal(size=(3, count))
-        heading = self.poses[:, 2] + step.heading / 2.0
-        cosine, sine = np.cos(heading), np.sin(heading)
         error = tuned.noise_way * math.sqrt(way)
         ahead, aside = step.x + scatter[0] * error, step.y + scatter[1] * error * 0.3
         # the step was measured from the heading at its beginning
-        half_cosine, half_sine = math.cos(step.heading / 2.0), math.sin(step.heading / 2.0)
-        ahead, aside = ahead * half_cosine + aside * half_sine, aside * half_cosine - ahead * half_sine
-        self.poses[:, 0] += cosine * ahead - sine * aside
-        self.poses[:, 1] += sine * ahead + cosine * aside
+        self.poses[:, :2] += np.transpose(turned(ahead, aside, self.poses[:, 2]))
         turn_error = math.sqrt(tuned.noise_turn_of_way ** 2 * way + tuned.noise_turn ** 2 * turn)
         self.poses[:, 2] += step.heading + scatter[2] * turn_error
 

@@ -4,8 +4,9 @@ from typing import Any, List, Sequence, Tuple
 
 import numpy as np
 
-from ..floor_poses import Pose, compose, relative
+from ..floor_poses import Pose, between, compose, relative
 from ..robots import Transducer
+from .frames import into, out_of
 from .measurement import Beams
 from .values import Firing, Scan, Sensing
 
@@ -47,23 +48,20 @@ class RecentReadings:
 
     def add(self, odometry: Pose, beams: Beams) -> None:
         """Keep readings that were placed relative to the robot at `odometry`."""
-        cosine, sine = np.cos(odometry.heading), np.sin(odometry.heading)
         count = len(beams.x)
         if self._end + count > len(self._rows):
             self._rows[:self._most] = self._rows[self._end - self._most:self._end].copy()
             self._end = self._most
+        x, y = out_of(odometry, beams.x, beams.y)
         self._rows[self._end:self._end + count] = np.stack((
-            odometry.x + cosine * beams.x - sine * beams.y, odometry.y + sine * beams.x + cosine * beams.y,
-            odometry.heading + beams.heading, beams.measured, beams.sensor), axis=1)
+            x, y, odometry.heading + beams.heading, beams.measured, beams.sensor), axis=1)
         self._end += count
         self.heard += count
 
     def seen_from(self, odometry: Pose) -> Beams:
         """Return all kept readings, oldest first, relative to the robot at `odometry`."""
         rows = self._rows[max(0, self._end - self._most):self._end]
-        cosine, sine = np.cos(odometry.heading), np.sin(odometry.heading)
-        x, y = rows[:, 0] - odometry.x, rows[:, 1] - odometry.y
-        return Beams(x * cosine + y * sine, y * cosine - x * sine, rows[:, 2] - odometry.heading,
+        return Beams(*into(odometry, rows[:, 0], rows[:, 1]), rows[:, 2] - odometry.heading,
                      rows[:, 3].astype(np.int32), rows[:, 4].astype(np.int32))
 
 
@@ -104,8 +102,7 @@ class FiringPoses:
         for early, before in reversed(self._past[:-1]):
             if time >= early:
                 share = min(1.0, (time - early) / (late - early)) if late > early else 1.0
-                step = relative(before, after)
-                return compose(before, Pose(step.x * share, step.y * share, step.heading * share))
+                return between(before, after, share)
             late, after = early, before
         return after
 

@@ -7,7 +7,7 @@ import bisect
 from collections import deque
 from typing import Deque, Dict, Iterable, List, Optional, Sequence, Tuple
 
-from ..floor_poses import Pose, compose, relative, wrapped
+from ..floor_poses import Pose, between
 from ..robots import ARRAY_SIZE
 from .firings import CYCLE, timed
 from .values import Sensing
@@ -126,6 +126,4 @@ class Senses:
         if after == 0 or later_time == time:
             return later
         earlier_time, earlier = self._poses[after - 1]
-        share = (time - earlier_time) / (later_time - earlier_time)
-        step = relative(earlier, later)
-        return compose(earlier, Pose(step.x * share, step.y * share, wrapped(step.heading) * share))
+        return between(earlier, later, (time - earlier_time) / (later_time - earlier_time))

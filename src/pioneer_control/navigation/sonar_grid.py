@@ -14,7 +14,9 @@ from typing import Any, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
+from ..floor_poses import Pose
 from ..maps import FREE, OCCUPIED, UNKNOWN, GridMap
+from .frames import out_of
 from .tuned import MapNumbers
 
 Array = Any     # of numpy
@@ -38,9 +40,7 @@ class SonarBeams(NamedTuple):
 
     def moved(self, x: float, y: float, heading: float) -> "SonarBeams":
         """Return the beams in the frame in which their own frame has this pose."""
-        cosine, sine = math.cos(heading), math.sin(heading)
-        return SonarBeams(x + self.x * cosine - self.y * sine, y + self.x * sine + self.y * cosine,
-                          self.heading + heading, self.range)
+        return SonarBeams(*out_of(Pose(x, y, heading), self.x, self.y), self.heading + heading, self.range)
 
 
 class Votes(NamedTuple):

@@ -29,6 +29,8 @@ SONAR_NUMBERS = SensorNumbers()
 """Sonar of a Pioneer."""
 LASER_NUMBERS = SensorNumbers(sigma=0.06, sigma_per_metre=0.02, hit=0.80, long=0.04, none=0.04, short=0.09, random=0.03)
 """A laser. Its standard deviation is mainly that of the table of expected ranges between its nodes and directions."""
+LASER_WEIGHT = 0.03
+"""Share of each laser ray's log-likelihood that counts, as `LocalisationNumbers.weight` is of a sonar reading's."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,6 @@ class LocalisationNumbers:
 
     weight: float = parameter(
         0.2, Number(0.0, 1.0), "share of a reading's log-likelihood that counts: readings of one place err alike")
-    laser_weight: float = parameter(0.03, Number(0.0, 1.0), "the same for each ray of a laser")
     full_way: float = parameter(
         0.04, Number(0.001, 1.0), "after such a way since the last readings they count fully; after a shorter one less",
         "m")

@@ -8,6 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .frames import turned
+
 Array = Any     # of numpy
 
 
@@ -40,7 +42,5 @@ def path(steps: Array, errors: WheelBias) -> Array:
     poses[1:, 2] = np.cumsum(turn)
     # The steps come from odometry that turned by less or more: half of the difference lies before the middle of a step.
     heading = poses[:-1, 2] + (turn - steps[:, 2]) / 2.0
-    cosine, sine = np.cos(heading), np.sin(heading)
-    poses[1:, 0] = np.cumsum(forward * cosine - left * sine)
-    poses[1:, 1] = np.cumsum(forward * sine + left * cosine)
+    poses[1:, :2] = np.cumsum(turned(forward, left, heading), axis=1).T
     return poses

@@ -11,7 +11,9 @@ from move_base_msgs.msg import MoveBaseActionGoal, MoveBaseGoal
 from rospy import Time
 from std_msgs.msg import Header
 
+from pioneer_control.floor_poses import Pose
 from pioneer_control.navigation.node import goal_server
+from pioneer_control.navigation.node.navigation_node import NavigationNode
 
 
 class Topic:
@@ -25,6 +27,16 @@ class Topic:
 
     def shutdown(self):
         """As a timer."""
+
+
+class Pilot:
+    """What the node asks of the pilot, with a goal."""
+
+    def __init__(self):
+        self.goal, self.explores = Pose(1.0, 2.0, 0.0), False
+
+    def cancel(self):
+        self.goal, self.explores = None, False
 
 
 class Robot:
@@ -140,8 +152,22 @@ def test_a_goal_that_must_not_be_obeyed_is_rejected_with_its_reason(robot):
     assert robot.send(2.0).state == GoalStatus.ACTIVE
 
 
-def test_a_goal_that_is_cancelled_is_logged_once(robot):
-    robot.send(1.0)
+def test_a_goal_that_is_cancelled_ends(robot):
+    robot.send(1.0, "a")
+    robot.actionlib.internal_cancel_callback(GoalID(Time(), "a"))
+    assert robot.statuses()[-1].state == GoalStatus.PREEMPTED and robot.cancels == 1
+
+
+@pytest.mark.parametrize("send, said", [
+    (lambda robot: robot.send(1.0), "the goal at 1.00, 2.00 ends: somebody cancels it"),
+    (lambda robot: robot.send_simply(1.0), "the goal at 1.00, 2.00 ends: somebody cancels it"),
+    (lambda robot: None, "the goal at 1.00, 2.00 ends: somebody cancels it"),       # of the service
+    (lambda robot: setattr(robot.pilot, "explores", True), "exploring ends: somebody cancels it")])
+def test_whatever_is_cancelled_is_logged_once(robot, send, said):
+    robot.pilot = Pilot()
+    node = types.SimpleNamespace(_pilot=robot.pilot, _stand=lambda: None)
+    robot.server._cancel = robot.actionlib._cancel_all = lambda: NavigationNode._cancel(node)
+    send(robot)
     for _ in range(2):
         robot.actionlib.internal_cancel_callback(GoalID())
-    assert robot.log == ["the goal is cancelled"] and robot.statuses()[-1].state == GoalStatus.PREEMPTED
+    assert robot.log == [said]

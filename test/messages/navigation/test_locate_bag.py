@@ -7,8 +7,11 @@ import sys
 import pytest
 import rosbag
 from genpy import Time
-from geometry_msgs.msg import PolygonStamped
+from geometry_msgs.msg import PolygonStamped, PoseStamped, PoseWithCovarianceStamped, Transform, TransformStamped
+from move_base_msgs.msg import MoveBaseActionGoal
 from nav_msgs.msg import Path
+from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "bags"))
 
@@ -16,9 +19,11 @@ import bag_factory as make
 
 from pioneer_control import p2os
 from pioneer_control.client.odometry import Odometry
+from pioneer_control.floor_poses import compose
 from pioneer_control.msg import Places
-from pioneer_control.navigation.map_files import load_floor_map
 from pioneer_control.navigation.node import locate_bag
+from pioneer_control.navigation.node.map_files import load_floor_map
+from pioneer_control.navigation.node.messages import pose_of, pose_of_transform
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.firmware import Firmware
 from pioneer_control.simulator.world import load_world
@@ -60,6 +65,11 @@ def run(*words):
     return locate_bag.main([str(word) for word in words])
 
 
+def transform(parent, child):
+    """Return a transform of then: it has no stamp, as those that are made have."""
+    return TransformStamped(Header(frame_id=parent), child, Transform())
+
+
 def poses(path):
     with rosbag.Bag(str(path)) as bag:
         return [message for _, message, _ in bag.read_messages("/old/navigation")]
@@ -73,6 +83,12 @@ def test_an_old_bag_is_located_on_the_map(old_bag, tmp_path, capsys):
     assert len(told) > 100 and told[-1].sure
     assert math.hypot(told[-1].pose.x - truth[0], told[-1].pose.y - truth[1]) < 0.15
     assert "sure of the pose in" in capsys.readouterr().out
+    with rosbag.Bag(str(tmp_path / "new.bag")) as bag:
+        frames = [message.transforms[0] for _, message, _ in bag.read_messages("/tf")]
+        odometry = {message.header.stamp: message for _, message, _ in bag.read_messages("/old/pose")}
+    assert [(each.header.frame_id, each.child_frame_id) for each in frames] == [("map", "odom")] * len(told)
+    placed = compose(pose_of_transform(frames[-1].transform), pose_of(odometry[frames[-1].header.stamp].pose.pose))
+    assert placed == pytest.approx((told[-1].pose.x, told[-1].pose.y, told[-1].pose.theta))
     with rosbag.Bag(str(tmp_path / "new.bag")) as bag:
         counts = {topic: info.message_count for topic, info in bag.get_type_and_topic_info().topics.items()}
         kinds = {topic: info.msg_type for topic, info in bag.get_type_and_topic_info().topics.items()}
@@ -96,6 +112,7 @@ def test_located_again_the_topics_are_made_anew(old_bag, tmp_path):
     assert len(poses(tmp_path / "again.bag")) == len(poses(tmp_path / "new.bag"))
     with rosbag.Bag(str(tmp_path / "again.bag")) as bag:
         assert bag.get_message_count("/old/robot_info") == 1
+        assert bag.get_message_count("/tf") == bag.get_message_count("/old/navigation")
 
 
 def test_what_navigation_told_then_is_left_out(old_bag, tmp_path):
@@ -106,6 +123,11 @@ def test_what_navigation_told_then_is_left_out(old_bag, tmp_path):
         for topic, message in (
                 ("/old/plan", Path()), ("/old/places", Places()), ("/old/footprint", PolygonStamped()),
                 ("/old/ground_truth", make.odometry(1.0, 2.0, 0.0)), ("/old/map", make.room(8.0, 6.0)),
+                ("/old/move_base/goal", MoveBaseActionGoal()), ("/old/move_base_simple/goal", PoseStamped()),
+                ("/old/initialpose", PoseWithCovarianceStamped()), ("/old/cmd_vel", make.twist(0.1)),
+                ("/rosout", make.log(4, "/old/navigation", "lost")), ("/rosout", make.log(4, "/old/p2os", "slow")),
+                ("/tf", TFMessage([transform("map", "odom"), transform("odom", "base_link")])),
+                ("/tf", TFMessage([transform("map", "/odom")])), ("/tf", TFMessage([transform("map", "other/odom")])),
                 ("/diagnostics", make.diagnostics("old/navigation", Navigation=(1, "lost"))),
                 ("/diagnostics", make.diagnostics("old/p2os", Link=(1, "slow"))),
                 ("/diagnostics", make.diagnostics("other/navigation", Navigation=(1, "lost")))):
@@ -115,7 +137,14 @@ def test_what_navigation_told_then_is_left_out(old_bag, tmp_path):
         topics = new.get_type_and_topic_info().topics
         told = [each.name for _, message, _ in new.read_messages("/diagnostics") for each in message.status]
         (true,) = [message for _, message, _ in new.read_messages("/old/truth/map")]
-    assert not {"/old/plan", "/old/places", "/old/footprint"} & set(topics)
+        logged = [message.msg for _, message, _ in new.read_messages("/rosout")]
+        frames = [each for _, message, _ in new.read_messages("/tf") for each in message.transforms]
+    assert set(topics) == {"/diagnostics", "/rosout", "/tf"} | {"/old/" + name for name in (
+        "pose", "sonar", "cmd_vel", "ground_truth", "truth/map", "map", "navigation", "amcl_pose", "particlecloud",
+        "robot_info")}
+    assert logged == ["slow"]
+    assert [(each.header.frame_id, each.child_frame_id) for each in frames if not each.header.stamp] == [
+        ("odom", "base_link"), ("map", "other/odom")]
     assert told == ["old/p2os: Link", "other/navigation: Navigation"]
     assert true.info.width == make.room(8.0, 6.0).info.width, "what was the map is that of the simulated world"
     assert topics["/old/map"].message_count == 1

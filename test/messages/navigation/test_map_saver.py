@@ -1,15 +1,19 @@
 """The map that a robot makes is saved when navigation ends, whatever became of the place for it."""
 
 import tempfile
+import types
 
 import numpy as np
 import pytest
+import rospy
 
-from pioneer_control.errors import UsageError
+from pioneer_control.errors import UsageError, WorldError
 from pioneer_control.floor_poses import Pose
 from pioneer_control.maps import FREE, GridMap
-from pioneer_control.navigation.map_files import load_floor_map
-from pioneer_control.navigation.node.map_saver import MapSaver
+from pioneer_control.navigation.node.map_files import load_floor_map
+from pioneer_control.navigation.node.map_saver import MapSaver, write_map
+from pioneer_control.navigation.node.navigation_node import NavigationNode
+from pioneer_control.srv import SaveMapRequest
 
 START = Pose(3.0, -1.0, 3.1)
 DOOR = {"door": Pose(0.5, 0.5, 0.0)}
@@ -122,3 +126,41 @@ def test_an_older_map_that_cannot_be_kept_is_not_touched(tmp_path, temporary, mo
     said = saver_of(file).save(lambda: grid_of(30), {})
     assert "cannot be kept: No space left" in said and load_floor_map(said.rpartition(" ")[2]).grid == grid_of(30)
     assert load_floor_map(str(file)).grid == grid_of(20) and load_floor_map(str(file)).goals == DOOR
+
+
+def test_places_of_another_map_do_not_stay_beside_a_new_one(tmp_path):
+    file = tmp_path / "lab.yaml"
+    write_map(grid_of(20), DOOR, str(file))
+    file.unlink()
+    (tmp_path / "lab.pgm").unlink()
+    said = write_map(grid_of(30), {}, str(file))
+    assert said == "saved in %s; the one before is kept in %s" % (file, tmp_path / "lab.1.goals.yaml")
+    assert load_floor_map(str(file)).goals == {}
+    write_map(grid_of(40), {}, str(tmp_path / "lab.1.yaml"), replaces=True)
+    assert load_floor_map(str(tmp_path / "lab.1.yaml")).goals == {}
+    write_map(grid_of(50), {}, str(tmp_path / "hall.yaml"))
+    assert not (tmp_path / "hall.goals.yaml").exists(), "without places none is needed"
+
+
+def test_a_name_that_no_map_can_have_touches_nothing(tmp_path):
+    file = tmp_path / "lab.goals.yaml"
+    file.write_text("goals: []")
+    with pytest.raises(WorldError, match="must not end in"):
+        write_map(grid_of(20), {}, str(file))
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_the_service_keeps_an_older_map_but_not_its_own_of_before(tmp_path, monkeypatch):
+    monkeypatch.setattr(rospy, "loginfo", lambda *line: None)
+    file = tmp_path / "lab.yaml"
+    write_map(grid_of(20), DOOR, str(file))
+    node = types.SimpleNamespace(_pilot=types.SimpleNamespace(), _keeper=types.SimpleNamespace(places={}),
+                                 _written=set())
+    for side in (30, 40):
+        node._pilot.grid = grid_of(side)
+        answer = NavigationNode._save_map(node, SaveMapRequest(str(file)))
+        assert answer.success
+    assert answer.message == "saved in %s" % file
+    older, newer = load_floor_map(str(tmp_path / "lab.1.yaml")), load_floor_map(str(file))
+    assert (older.grid, older.goals) == (grid_of(20), DOOR) and (newer.grid, newer.goals) == (grid_of(40), {})
+    assert not (tmp_path / "lab.2.yaml").exists()

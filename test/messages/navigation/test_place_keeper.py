@@ -2,6 +2,7 @@
 
 import threading
 import time
+import types
 
 import pytest
 import rospy
@@ -10,11 +11,12 @@ from rospy import Time
 from pioneer_control.floor_poses import Pose
 from pioneer_control.maps.goals_file import read_goals, write_goals
 from pioneer_control.navigation.node import place_keeper
+from pioneer_control.navigation.node.navigation_node import NavigationNode
 from pioneer_control.srv import SavePlaceRequest
 
 
 class Told:
-    """A topic or a service of rospy's."""
+    """A topic of rospy's."""
 
     def __init__(self, *arguments, **options):
         self.messages = []
@@ -26,10 +28,8 @@ class Told:
 @pytest.fixture
 def keeper(monkeypatch, tmp_path):
     monkeypatch.setattr(rospy, "Publisher", Told)
-    monkeypatch.setattr(rospy, "Service", Told)
     monkeypatch.setattr(Time, "now", lambda: Time(7))
-    return place_keeper.PlaceKeeper(None, str(tmp_path / "lab.yaml"), "map", lambda: Pose(1.0, 2.0, 0.5),
-                                    threading.RLock())
+    return place_keeper.PlaceKeeper(None, str(tmp_path / "lab.yaml"), "map", lambda: Pose(1.0, 2.0, 0.5))
 
 
 def test_two_places_that_are_saved_at_once_are_both_kept(keeper, monkeypatch, tmp_path):
@@ -38,9 +38,10 @@ def test_two_places_that_are_saved_at_once_are_both_kept(keeper, monkeypatch, tm
         write_goals(places, path)
 
     monkeypatch.setattr(place_keeper, "write_goals", write_slowly)
-    answers = []
+    answers, node = [], types.SimpleNamespace(_lock=threading.RLock())
+    serve = NavigationNode._locked(node, keeper.serve)      # as the node does
     threads = [threading.Thread(target=lambda name=name: answers.append(
-        keeper._save(SavePlaceRequest(name=name, here=True)))) for name in ("door", "desk")]
+        serve(SavePlaceRequest(name=name, here=True)))) for name in ("door", "desk")]
     for thread in threads:
         thread.start()
     for thread in threads:
@@ -52,5 +53,5 @@ def test_two_places_that_are_saved_at_once_are_both_kept(keeper, monkeypatch, tm
 
 def test_what_cannot_be_written_is_not_kept(keeper, tmp_path):
     (tmp_path / "lab.goals.yaml").mkdir()
-    answer = keeper._save(SavePlaceRequest(name="door", here=True))
+    answer = keeper.serve(SavePlaceRequest(name="door", here=True))
     assert not answer.success and "cannot be written" in answer.message and keeper.places == {}

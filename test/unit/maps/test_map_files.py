@@ -9,7 +9,8 @@ from pioneer_control.errors import UsageError, WorldError
 from pioneer_control.floor_poses import Pose
 from pioneer_control.maps import FREE, OCCUPIED, UNKNOWN, FloorMap, GridMap, write_ros_map
 from pioneer_control.maps.goals_file import goals_file, read_goals, write_goals
-from pioneer_control.navigation.map_files import load_floor_map
+from pioneer_control.maps.grid_map import FORBIDDEN
+from pioneer_control.navigation.node.map_files import load_floor_map
 
 CELLS = np.array([[FREE, OCCUPIED, UNKNOWN, FREE], [FREE, FREE, FREE, OCCUPIED]], dtype=np.int8)
 MAP = GridMap(CELLS, 0.05, (-1.25, 2.5))
@@ -123,7 +124,7 @@ def test_an_aria_map_has_goals_and_lines_that_nobody_crosses(tmp_path):
     assert floor.starts == (Pose(1.0, 1.0, 0.0),)
     drivable = floor.drivable()
     for x, y in ((2.0, 1.0), (3.0, 0.5), (3.25, 0.7)):
-        assert floor.grid.at(x, y) == FREE and drivable.at(x, y) == OCCUPIED
+        assert floor.grid.at(x, y) == FREE and drivable.at(x, y) == FORBIDDEN
     assert drivable.at(2.0, 0.3) == FREE
 
 

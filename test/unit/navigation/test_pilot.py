@@ -13,7 +13,7 @@ from pioneer_control.maps import FREE, UNKNOWN
 from pioneer_control.navigation.chassis import Chassis
 from pioneer_control.navigation.exploring import Explorer
 from pioneer_control.navigation.firings import timed
-from pioneer_control.navigation.map_files import floor_map_of
+from pioneer_control.navigation.node.map_files import floor_map_of
 from pioneer_control.navigation.mapping import Mapper
 from pioneer_control.navigation.navigator import Navigator, Readiness, State
 from pioneer_control.navigation.pilot import OwnMap, Pilot

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from pioneer_control.maps.floor_map import FloorMap
 from pioneer_control.maps.grid_map import FREE, OCCUPIED, UNKNOWN, GridMap
 from pioneer_control.navigation.planning import DrivableFloor, length_of
 from pioneer_control.navigation.tuned import PlanningNumbers
@@ -37,6 +38,7 @@ def floor_of(cells, **more):
     ((1.0, math.inf), "is not finite"),
     ((7.0, 1.0), "lies outside of the map, which has x from 0.00 to 5.00 and y from 0.00 to 3.00"),
     ((1.0, -0.1), "lies outside of the map"),
+    ((1e300, 12.34), "the goal (1e+300, 12.34) lies outside of the map"),
     ((2.52, 1.0), "the goal (2.52, 1.00) lies in a wall"),
     ((0.2, 1.0), "the robot needs 0.26 m"),
     ((4.0, 1.5), "cannot be reached: no way 0.51 m wide leads there from (1.00, 1.50)"),
@@ -55,6 +57,15 @@ def test_a_goal_where_the_map_is_unknown_is_refused_unless_the_robot_explores():
     cells[:, 60:99] = UNKNOWN
     assert "lies where the map is unknown" in floor_of(cells).refusal((1.0, 1.5), (4.0, 1.5))
     assert floor_of(cells, through_unknown=True).refusal((1.0, 1.5), (4.0, 1.5)) == ""
+
+
+@pytest.mark.parametrize("goal, reason", [
+    ((2.0, 1.5), "the goal (2.00, 1.50) lies on a forbidden line"),
+    ((2.1, 1.5), "lies 0.10 m from the nearest wall, forbidden line or unknown floor"),
+    ((4.0, 1.5), "no way 0.51 m wide leads there from (1.00, 1.50) that crosses no forbidden line")])
+def test_a_goal_that_is_forbidden_is_refused_with_that_reason(goal, reason):
+    grid = FloorMap("lab", GridMap(room(), 0.05, (0.0, 0.0)), forbidden=((2.0, 0.0, 2.0, 3.0),)).drivable()
+    assert reason in floor_of(grid.cells).refusal((1.0, 1.5), goal)
 
 
 def test_a_map_without_floor_refuses_every_goal():

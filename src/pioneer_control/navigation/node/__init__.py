@@ -4,9 +4,9 @@
 ``hearing``          what the robot's driver tells; ``telling``: what navigation tells
 ``tf_watch``         who else says where the robot is
 ``goal_server``      goals, as move_base takes them
+``map_files``        loads maps with their named places; ``map_saver`` saves the map that a robot makes
 ``place_keeper``     the named places of the map
 ``plan_maker``       plans without driving
-``map_saver``        saves the map that a robot makes
 ``parameters``       the parameters of the node
 ``locate_bag``       a program: where a robot was, from a bag
 ``messages``         values as ROS messages, and back; ``status``: the diagnostics

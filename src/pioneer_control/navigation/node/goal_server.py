@@ -76,7 +76,7 @@ class GoalServer:
     Args:
         accept: a function that sends the robot to a goal (PoseStamped). It raises PioneerError with the reason when
             it does not.
-        cancel: a function that ends the way to the goal.
+        cancel: a function that ends what the robot does, a goal of a service too. It may be called when there is none.
         refuses: a function that returns why a message must not be obeyed at all; empty: it may be.
 
     Attributes:
@@ -157,7 +157,6 @@ class GoalServer:
 
     def _cancelled(self, handle: Any) -> None:
         if handle is self._handle or (self._handle is not None and handle == self._handle):
-            rospy.loginfo("the goal is cancelled")
             self._cancel()
             self.dropped("it was cancelled")
 

@@ -1,9 +1,9 @@
 """Where a robot was, or its map, from a bag: ``rosrun pioneer_control locate_bag IN.bag OUT.bag --map lab.yaml``.
 
 The bag may come from this package or from p2os: sonar and pose are enough. The new bag has all of the old one but its
-navigation, amcl_pose, particlecloud and map, which are made anew as if navigation had run, and its plan, places,
-footprint and diagnostics of navigation. Without a map one is made, and ``--save-map`` saves it. The same bag gives the
-same poses and the same map.
+navigation, amcl_pose, particlecloud, map and tf of odom on a map, which are made anew as if navigation had run, and
+what else navigation told or was told then: plan, places, footprint, goals, its diagnostics and its log. Without a map
+one is made, and ``--save-map`` saves it. The same bag gives the same poses and the same map.
 """
 
 import os
@@ -13,10 +13,11 @@ from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import genpy
 from nav_msgs.msg import OccupancyGrid
+from tf2_msgs.msg import TFMessage
 
 from ... import msg, standard_messages
 from ...bags.command_line import Progress, parser_of
-from ...bags.converting.messages import kind_of, namespace_of, transducers_of
+from ...bags.converting.messages import kind_of, namespace_of
 from ...bags.reader import BagConnection, BagReader, decode, read_bag
 from ...bags.records import BagError
 from ...bags.writer import BagWriter, serialized
@@ -27,11 +28,11 @@ from ...message_values import heading_of
 from ...robots import RobotModel, find_model
 from ...whole_file import writing
 from ..chassis import Chassis
-from ..map_files import load_floor_map
+from .map_files import load_floor_map
 from ..navigator import Readiness
 from ..pilot import Pilot, PilotStep
 from ..senses import Senses
-from .messages import cloud_message, header_of, map_message, pose2d, pose_with_covariance
+from .messages import body_of, cloud_message, header_of, map_message, odom_on_map, pose2d, pose_with_covariance
 
 FRAME = "map"
 CLOUD_EVERY = 1.0
@@ -42,8 +43,14 @@ MAP_EVERY = 10.0
 """Time (s) between two states of a map that is made."""
 MADE = ("navigation", "amcl_pose", "particlecloud", "map")
 """The topics that are made. Those of the old bag are left out."""
-TOLD_THEN = ("plan", "places", "footprint", "map_metadata")
+TOLD_THEN = ("plan", "places", "footprint", "map_metadata", "initialpose", "move_base_simple/goal")
 """Topics of navigation that are left out too: they tell of goals and of a map that the new bag does not have."""
+ACTION = "move_base/"
+"""How the topics of its action begin. They are left out, too."""
+LISTS = {"diagnostic_msgs/DiagnosticArray": "status", "tf2_msgs/TFMessage": "transforms",
+         "tf/tfMessage": "transforms"}
+"""The types of messages that are lists of what several nodes tell, and the field that has it."""
+LOG = "rosgraph_msgs/Log"
 TASK = ": Navigation"
 """How the name of the diagnostics of navigation ends."""
 OPTIONS: Dict[str, Dict[str, Any]] = {
@@ -69,8 +76,24 @@ class Located(NamedTuple):
     damage: str
 
 
-def robot_of(path: str, wanted: str, model: str) -> Tuple[str, Chassis, Optional[RobotModel]]:
-    """Return namespace and shape of the robot in a bag, and its model if the bag does not tell it.
+class BagRobot(NamedTuple):
+    """A robot in a bag: its namespace, its shape, its model if the bag does not tell it, and its frame of odometry."""
+
+    namespace: str
+    chassis: Chassis
+    model: Optional[RobotModel]
+    odom_frame: str
+
+
+def odom_frame_of(path: str, robot: str) -> str:
+    """Return the frame of a robot's odometry in a bag: that of its first pose. p2os may have left it empty."""
+    poses = read_bag(path, lambda connection: connection.topic == robot + "/pose" and kind_of(connection) == "pose")
+    frame = next((message.header.frame_id for _, message, _ in poses.decoded()), "")
+    return frame.lstrip("/") or "odom"
+
+
+def robot_of(path: str, wanted: str, model: str) -> BagRobot:
+    """Return the robot in a bag.
 
     Raises:
         UsageError: there is no such robot, there are several, or nobody says where its transducers look.
@@ -87,15 +110,15 @@ def robot_of(path: str, wanted: str, model: str) -> Tuple[str, Chassis, Optional
     if len(names) != 1:
         raise UsageError("%s has %s robots with sonar%s (%s): name one with --robot" % (
             path, len(names), " named %r" % wanted if wanted else "", told))
-    info = infos.get(names[0])
+    info, frame = infos.get(names[0]), odom_frame_of(path, names[0])
     if model or info is None:
         if not model:
             raise UsageError("%s does not say where the transducers look (it has no robot_info): name its model,"
                              " --model p3dx-sh for example" % path)
         found = find_model(model)
-        return names[0], Chassis(found.sonar, found.outline(False), 0.4, 1.0), found if info is None else None
-    corners = tuple((corner.x, corner.y) for corner in info.footprint.points)
-    return names[0], Chassis(transducers_of(info), corners, 0.4, 1.0), None
+        return BagRobot(names[0], Chassis(found.sonar, found.outline(False), 0.4, 1.0),
+                        found if info is None else None, frame)
+    return BagRobot(names[0], Chassis(*body_of(info), 0.4, 1.0), None, frame)
 
 
 class Locator:
@@ -103,17 +126,19 @@ class Locator:
 
     Args:
         pilot: the navigation.
-        transducers: numbers of the fitted transducers.
-        model: the model of the robot, to be told in the new bag; None: the old bag tells it.
+        robot: the robot. If it has a model, the new bag is to tell it.
     """
 
-    def __init__(self, pilot: Pilot, transducers: Sequence[int], model: Optional[RobotModel] = None):
-        self._pilot, self._senses, self._model = pilot, Senses(transducers), model
+    def __init__(self, pilot: Pilot, robot: BagRobot):
+        self._pilot, self._senses = pilot, Senses([each.number for each in robot.chassis.transducers])
+        self._model, self._odom_frame = robot.model, robot.odom_frame
         self._next_cloud = self._next_map = 0.0
         self.heard = self.sure = 0
 
     def take(self, message: Any) -> List[Tuple[str, Any]]:
-        """Take a pose or a sonar message. Return what navigation says then: name of a topic, and message."""
+        """Take a pose or a sonar message. Return what navigation says then: name of a topic (of the robot, or one
+        that begins with /), and message.
+        """
         stamp = message.header.stamp.to_sec()
         if isinstance(getattr(message, "ranges", None), (list, tuple)):
             sensed = self._senses.hear_sonar(stamp, message.ranges)
@@ -135,7 +160,8 @@ class Locator:
         made: List[Tuple[str, Any]] = [
             ("navigation", msg.Navigation(header_of(FRAME, stamp), step.state.value, step.reason, where.sure,
                                           where.reason, pose2d(where.pose), [], 0.0, 0.0)),
-            ("amcl_pose", pose_with_covariance(where.pose, where.covariance, FRAME, stamp))]
+            ("amcl_pose", pose_with_covariance(where.pose, where.covariance, FRAME, stamp)),
+            ("/tf", TFMessage([odom_on_map(where.pose, step.odometry, FRAME, self._odom_frame, stamp)]))]
         if self.heard == 1 and self._model is not None:
             made.append(("robot_info", standard_messages.robot_info(self._model, False, stamp, "base_link")))
         if not 0.0 <= self._next_cloud - step.time <= CLOUD_EVERY:
@@ -153,15 +179,18 @@ class OldBag:
     Args:
         reader: the reader of the old bag.
         robot: namespace of the robot.
+        odom_frame: its frame of odometry.
     """
 
-    def __init__(self, reader: BagReader, robot: str):
-        self._left_out = {"%s/%s" % (robot, name) for name in MADE + TOLD_THEN}
+    def __init__(self, reader: BagReader, robot: str, odom_frame: str):
+        self._left_out, self._odom_frame = {"%s/%s" % (robot, name) for name in MADE + TOLD_THEN}, odom_frame
+        self._action = "%s/%s" % (robot, ACTION)
         self._tasks_of = (robot.strip("/") + "/").lstrip("/")
-        self._map, self._truth = robot + "/map", robot + "/truth/map"
+        self._map, self._truth, navigation = robot + "/map", robot + "/truth/map", robot + "/navigation"
         topics = {each.topic for each in reader.connections}
-        self._map_is_true = (robot + "/ground_truth" in topics and robot + "/navigation" not in topics
+        self._map_is_true = (robot + "/ground_truth" in topics and navigation not in topics
                              and self._truth not in topics)
+        self._nodes = {each.caller for each in reader.connections if each.topic == navigation} | {navigation}
 
     def topic(self, topic: str) -> str:
         """Return what a topic is called in the new bag; empty: it is left out.
@@ -170,22 +199,35 @@ class OldBag:
         """
         if topic == self._map and self._map_is_true:
             return self._truth
-        return "" if topic in self._left_out else topic
+        return "" if topic in self._left_out or topic.startswith(self._action) else topic
 
     def data(self, connection: BagConnection, data: bytes) -> bytes:
-        """Return the data of a message, without what the diagnostics of navigation told; empty: nothing is left."""
-        if connection.type != "diagnostic_msgs/DiagnosticArray" or TASK.encode() not in data:
+        """Return the data of a message without what navigation told on a topic of all nodes: its diagnostics, its log,
+        and where odometry is on a map, whoever told that. Empty: nothing is left.
+        """
+        if connection.type != LOG and connection.type not in LISTS:
             return data
         try:
             message = decode(connection, data)
         except BagError:
             return data
-        message.status = [each for each in message.status if not (
-            each.name.endswith(TASK) and each.name.startswith(self._tasks_of))]
-        return serialized(message) if message.status else b""
+        if connection.type == LOG:
+            return b"" if message.name in self._nodes else data
+        told = getattr(message, LISTS[connection.type])
+        kept = [each for each in told if not self._is_of_then(each)]
+        if len(kept) == len(told):
+            return data
+        setattr(message, LISTS[connection.type], kept)
+        return serialized(message) if kept else b""
+
+    def _is_of_then(self, told: Any) -> bool:
+        """Return whether a transform, or the status of a task, tells where the robot was then."""
+        if hasattr(told, "child_frame_id"):
+            return told.child_frame_id.lstrip("/") == self._odom_frame
+        return told.name.endswith(TASK) and told.name.startswith(self._tasks_of)
 
 
-def locate(source: str, target: str, robot: str, locator: Locator) -> Located:
+def locate(source: str, target: str, robot: BagRobot, locator: Locator) -> Located:
     """Write the new bag.
 
     Raises:
@@ -194,11 +236,11 @@ def locate(source: str, target: str, robot: str, locator: Locator) -> Located:
     """
     if os.path.lexists(target):
         raise UsageError("%s exists already: name another file for the new bag" % target)
-    heard = {"%s/pose" % robot, "%s/sonar" % robot}
+    heard = {"%s/pose" % robot.namespace, "%s/sonar" % robot.namespace}
     numbers: Dict[Any, int] = {}
     with writing(target) as part, closing(BagWriter(part)) as writer, Progress("locating") as progress:
         reader: BagReader = read_bag(source, progress=progress)
-        old = OldBag(reader, robot)
+        old = OldBag(reader, robot.namespace, robot.odom_frame)
         for message in reader:
             connection = message.connection
             kept, data = old.topic(message.topic), old.data(connection, message.data)
@@ -214,7 +256,7 @@ def locate(source: str, target: str, robot: str, locator: Locator) -> Located:
             except BagError:
                 continue        # `reader.damage` tells
             for name, each in made:
-                topic = "%s/%s" % (robot, name)
+                topic = name if name.startswith("/") else "%s/%s" % (robot.namespace, name)
                 if topic not in numbers:
                     numbers[topic] = writer.connect(topic, connection_header(topic, each))
                 writer.write(numbers[topic], serialized(each), message.time)
@@ -240,12 +282,11 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         if options.map and options.save_map:
             raise UsageError("--save-map %s: a map is made only without --map" % options.save_map)
         floor = load_floor_map(options.map) if options.map else None
-        robot, chassis, model = robot_of(options.bag, options.robot, options.model)
-        pilot = Pilot(floor, chassis, seed=options.seed)
+        robot = robot_of(options.bag, options.robot, options.model)
+        pilot = Pilot(floor, robot.chassis, seed=options.seed)
         if options.start:
             pilot.start_at(Pose(*options.start), 0.3, 0.2)
-        done = locate(options.bag, options.output, robot,
-                      Locator(pilot, [each.number for each in chassis.transducers], model))
+        done = locate(options.bag, options.output, robot, Locator(pilot, robot))
         if options.save_map:
             pilot.finish()
             write_ros_map(pilot.grid, options.save_map)

@@ -1,4 +1,4 @@
-"""Saves the map that a robot makes when navigation ends. No ROS: its log has ended by then."""
+"""Saves maps with their places: the one that a robot makes, when navigation ends. No ROS: its log has ended by then."""
 
 import itertools
 import os
@@ -14,38 +14,61 @@ from ...errors import UsageError, WorldError
 from ...floor_poses import Pose, relative
 from ...maps import GridMap, write_ros_map
 from ...maps.goals_file import ENDING, goals_file, write_goals
+from ...maps.ros_map import check_map_file
 
 DRIVEN = 0.05
 """Way (m) or turn (rad) by the wheels from where it began, after which a robot has driven."""
 
 
-def write_map(grid: GridMap, places: Mapping[str, Pose], file: str) -> None:
-    """Write a map as map_server reads it, and its places beside it, if it has any. Raises WorldError if it cannot."""
+FILES = ".yaml", ".pgm", ENDING
+"""How the names of the files of one map end: the cells' frame, their image, and the places."""
+
+
+def write_map(grid: GridMap, places: Mapping[str, Pose], file: str, replaces: bool = False) -> str:
+    """Write a map as map_server reads it, and its places beside it.
+
+    Args:
+        grid: the map.
+        places: its named places.
+        file: its YAML file.
+        replaces: a map that is there is replaced. If False, it is kept too: see `keep_older`.
+
+    Returns:
+        Where it is saved, and where the older one is kept, for people.
+
+    Raises:
+        WorldError: it cannot be written, or the older one cannot be kept.
+    """
+    check_map_file(Path(file))
+    try:
+        kept = "" if replaces else keep_older(Path(file))
+    except OSError as error:
+        raise WorldError("the older map in %s cannot be kept: %s" % (file, error.strerror)) from error
     write_ros_map(grid, file)
-    if places:
+    if places or goals_file(file).exists():     # those of another map do not stay beside it
         write_goals(places, goals_file(file))
+    return "saved in %s%s" % (file, "; the one before is kept in %s" % kept if kept else "")
 
 
-def keep_older(file: str) -> str:
+def keep_older(old: Path) -> str:
     """Keep a map that has this file already, as a whole map: of ``lab.yaml`` as ``lab.1.yaml``, the next as ``lab.2``.
 
     Returns:
-        The file in which the older map is kept now too; empty if there is none.
+        The file in which it is kept now too; empty if there is none. If only its places are there, it is theirs.
 
     Raises:
         OSError: it cannot be kept.
     """
-    old = Path(file)
-    beside = ".pgm", ENDING      # what a new map replaces too
-    if not old.exists():
+    there = [suffix for suffix in FILES if old.with_suffix(suffix).is_file()]
+    if not there:
         return ""
     kept = next(each for each in (old.with_suffix(".%d.yaml" % number) for number in itertools.count(1))
-                if not any(each.with_suffix(suffix).exists() for suffix in (".yaml", *beside)))
-    for suffix in beside:
-        if old.with_suffix(suffix).exists():
-            shutil.copy2(str(old.with_suffix(suffix)), str(kept.with_suffix(suffix)))
-    kept.write_bytes(_with_image(old.read_bytes(), old, kept))
-    return str(kept)
+                if not any(each.with_suffix(suffix).exists() for suffix in FILES))
+    for suffix in there:
+        shutil.copy2(str(old.with_suffix(suffix)), str(kept.with_suffix(suffix)))
+    if ".yaml" in there:
+        kept.write_bytes(_with_image(old.read_bytes(), old, kept))
+    return str(kept.with_suffix(there[0]))
 
 
 def _with_image(content: bytes, old: Path, kept: Path) -> bytes:
@@ -103,16 +126,9 @@ class MapSaver:
             return "no map is saved in %s: the robot has not driven" % self._file
         made = grid()
         try:
-            kept = keep_older(self._file)
-            if kept and not places:
-                goals_file(self._file).unlink(missing_ok=True)      # those of the older map
-            write_map(made, places, self._file)
-        except OSError as error:
-            why = "the older map in %s cannot be kept: %s" % (self._file, error.strerror)
-            return self._elsewhere(made, places, why)
+            return "the map is %s" % write_map(made, places, self._file)
         except WorldError as error:
             return self._elsewhere(made, places, str(error))
-        return "the map is saved in %s%s" % (self._file, "; the one before is kept in %s" % kept if kept else "")
 
     def _elsewhere(self, grid: GridMap, places: Mapping[str, Pose], why: str) -> str:
         try:

@@ -4,15 +4,18 @@ import math
 from typing import Any, Iterable, Optional, Sequence, Tuple
 
 from geometry_msgs.msg import (Point, Point32, Polygon, PolygonStamped, Pose2D, PoseArray, PoseStamped,
-                               PoseWithCovariance, PoseWithCovarianceStamped, Quaternion)
+                               PoseWithCovariance, PoseWithCovarianceStamped, Quaternion, Transform, TransformStamped,
+                               Vector3)
 from geometry_msgs.msg import Pose as PoseMessage
 from nav_msgs.msg import MapMetaData, OccupancyGrid, Path
 from std_msgs.msg import Header
 
 from ...errors import UsageError
-from ...floor_poses import Pose
+from ...floor_poses import Pose, compose, relative
 from ...maps import GridMap
 from ...message_values import heading_of, quaternion_of
+from ...robots import Transducer
+from ..values import Point as Place
 
 LEAST_SPREAD = 0.05
 """Smallest standard deviation (m, rad) of a pose that somebody tells: nobody knows it more exactly."""
@@ -46,6 +49,21 @@ def pose_of_transform(transform: Any) -> Pose:
     """Return where a geometry_msgs/Transform of tf places a frame on the floor."""
     turn = transform.rotation
     return Pose(transform.translation.x, transform.translation.y, heading_of(turn.x, turn.y, turn.z, turn.w))
+
+
+def odom_on_map(pose: Pose, odometry: Pose, frame: str, odom_frame: str, stamp: Any) -> TransformStamped:
+    """Return for tf where the frame of odometry is on the map, of a robot with a pose there and one by odometry."""
+    origin = compose(pose, relative(odometry, Pose(0.0, 0.0, 0.0)))
+    return TransformStamped(header_of(frame, stamp), odom_frame, Transform(
+        Vector3(origin.x, origin.y, 0.0), Quaternion(*quaternion_of(origin.heading))))
+
+
+def body_of(info: Any) -> Tuple[Tuple[Transducer, ...], Tuple[Place, ...]]:
+    """Return the transducers of the robot that a RobotInfo tells of, and the corners (m; robot's frame) of its outline.
+    """
+    return (tuple(Transducer(number, pose.x, pose.y, pose.theta)
+                  for number, pose in zip(info.sonar_numbers, info.sonar_poses)),
+            tuple((corner.x, corner.y) for corner in info.footprint.points))
 
 
 def pose2d(pose: Pose) -> Pose2D:

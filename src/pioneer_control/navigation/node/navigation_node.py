@@ -19,7 +19,7 @@ import sys
 import threading
 from dataclasses import replace
 from time import monotonic
-from typing import Any, Callable, List, Optional, Tuple
+from typing import Any, Callable, List, Optional, Set
 
 import rospy
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist, Vector3
@@ -30,11 +30,10 @@ from ...errors import PioneerError, RefusedError, UsageError
 from ...floor_poses import Pose, compose
 from ...maps import FloorMap, GridMap
 from ...msg import Accelerations, RobotInfo
-from ...robots import Transducer
 from ...ros_node import bag_player, init_node
-from ...srv import GoTo, GoToResponse, SaveMap, SaveMapResponse
+from ...srv import GoTo, GoToResponse, SaveMap, SaveMapResponse, SavePlace
 from ..chassis import Chassis
-from ..map_files import load_floor_map
+from .map_files import load_floor_map
 from ..navigator import State
 from ..pilot import Pilot, PilotStep
 from ..tuned import NavigationNumbers
@@ -42,7 +41,7 @@ from ..values import Sensing
 from .goal_server import GoalServer
 from .hearing import Hearing, robot_info
 from .map_saver import MapSaver, write_map
-from .messages import check_on_map, check_start, header_of, pose_message, pose_of, spread_of
+from .messages import body_of, check_on_map, check_start, header_of, pose_message, pose_of, spread_of
 from .parameters import NavigationParameters, check_parameters
 from .place_keeper import PlaceKeeper
 from .plan_maker import PlanMaker
@@ -78,8 +77,9 @@ class NavigationNode:
                  numbers: NavigationNumbers, saver: Optional[MapSaver]):
         self._parameters, self._saver = parameters, saver
         self._frame = parameters.global_frame_id
-        chassis = chassis_of(info, parameters)
-        self._body, self._ended, self._other_robot = body_of(chassis), threading.Event(), ""
+        self._body, self._ended, self._other_robot = body_of(info), threading.Event(), ""
+        chassis = Chassis(*self._body, min(parameters.max_linear, info.max_linear or parameters.max_linear),
+                          min(parameters.max_angular, info.max_angular or parameters.max_angular))
         self._accelerations = rospy.Publisher("accelerations", Accelerations, queue_size=1, tcp_nodelay=True)
         self._velocity = rospy.Publisher("cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
         self._pilot = Pilot(floor, chassis, self._with_own_brakes(numbers), parameters.seed)
@@ -88,11 +88,12 @@ class NavigationNode:
         elif parameters.start == "home" and floor and floor.starts:
             self._pilot.start_at(floor.starts[0])
         self._drives, self._borrow_at = False, 0.0
+        self._written: Set[str] = set()     # files of maps
         self._goals = GoalServer(self._accept_goal, self._cancel, self._refuses)
         self._lock = self._goals.lock
         self._hearing = Hearing(info.sonar_numbers, self._lock, self._sense)
         self._telling = Telling(self._pilot, parameters, chassis.outline)
-        self._keeper = PlaceKeeper(floor, parameters.map, self._frame, self._here, self._lock)
+        self._keeper = PlaceKeeper(floor, parameters.map, self._frame, self._here)
         self._tf_watch, self._tf_trouble = TfWatch(parameters.odom_frame, parameters.base_frame), ""
 
     def _with_own_brakes(self, numbers: NavigationNumbers) -> NavigationNumbers:
@@ -114,6 +115,7 @@ class NavigationNode:
         for name, kind, serve in (
                 ("go_to", GoTo, self._go_to), ("static_map", GetMap, self._static_map),
                 ("global_localization", Empty, self._anywhere), ("save_map", SaveMap, self._save_map),
+                ("save_place", SavePlace, self._keeper.serve),
                 ("explore", SetBool, self._explore), ("move_base/make_plan", GetPlan, plans.serve),
                 ("move_base/clear_costmaps", Empty, self._forget_obstacles),
                 ("request_nomotion_update", Empty, lambda request: EmptyResponse())):   # each packet is told anyway
@@ -139,7 +141,7 @@ class NavigationNode:
 
     def _hear_robot(self, info: RobotInfo) -> None:
         """End when the driver has another robot: its outline, or where its sonar looks, is not what it was."""
-        if body_of(chassis_of(info, self._parameters)) != self._body:
+        if body_of(info) != self._body:
             self._other_robot = "the driver has another robot now, %s, a %s: start navigation anew" % (
                 info.name or "without a name", info.subtype)
             self._ended.set()
@@ -185,7 +187,7 @@ class NavigationNode:
 
     def _drive(self, step: PilotStep) -> None:
         """Publish the velocity while there is a goal, and one zero when the goal ends. Borrow brakes meanwhile."""
-        wants, now = step.state in (State.DRIVING, State.WAITING), monotonic()
+        wants, now = step.state.has_goal, monotonic()
         if wants or self._drives:
             self._velocity.publish(Twist(linear=Vector3(x=step.twist.linear), angular=Vector3(z=step.twist.angular)))
         self._drives = wants
@@ -224,6 +226,12 @@ class NavigationNode:
         rospy.loginfo("goal: %s%.2f, %.2f", name and name + ", at ", goal.x, goal.y)
 
     def _cancel(self) -> None:
+        """End what the robot does, whoever sent it, and say so: who asks to cancel may be another one."""
+        goal = self._pilot.goal
+        if self._pilot.explores:
+            rospy.loginfo("exploring ends: somebody cancels it")
+        elif goal is not None:
+            rospy.loginfo("the goal at %.2f, %.2f ends: somebody cancels it", goal.x, goal.y)
         self._pilot.cancel()
         self._stand()
 
@@ -294,11 +302,12 @@ class NavigationNode:
 
     def _save_map(self, request: Any) -> SaveMapResponse:
         try:
-            write_map(self._pilot.grid, self._keeper.places, request.file)
+            done = write_map(self._pilot.grid, self._keeper.places, request.file, request.file in self._written)
         except PioneerError as error:
             return SaveMapResponse(False, str(error))
-        rospy.loginfo("the map is saved in %s", request.file)
-        return SaveMapResponse(True, "saved in %s" % request.file)
+        self._written.add(request.file)
+        rospy.loginfo("the map is %s", done)
+        return SaveMapResponse(True, done)
 
     def _finished_map(self) -> GridMap:
         self._pilot.finish()
@@ -315,20 +324,6 @@ class NavigationNode:
         if explored:
             self._stand()
         return SetBoolResponse(True, "exploring has ended" if explored else "the robot does not explore")
-
-
-def chassis_of(info: RobotInfo, parameters: NavigationParameters) -> Chassis:
-    """Return the robot that a driver tells of, with the speeds of the parameters, as far as the robot can."""
-    transducers = tuple(Transducer(number, pose.x, pose.y, pose.theta)
-                        for number, pose in zip(info.sonar_numbers, info.sonar_poses))
-    return Chassis(transducers, tuple((corner.x, corner.y) for corner in info.footprint.points),
-                   min(parameters.max_linear, info.max_linear or parameters.max_linear),
-                   min(parameters.max_angular, info.max_angular or parameters.max_angular))
-
-
-def body_of(chassis: Chassis) -> Tuple[Any, Any]:
-    """Return what a robot keeps while nobody rebuilds it: its transducers and its outline."""
-    return chassis.transducers, chassis.outline
 
 
 def main() -> int:

@@ -9,7 +9,7 @@ from ...floor_poses import Pose
 from ...maps import FloorMap
 from ...maps.goals_file import goals_file, write_goals
 from ...msg import Places
-from ...srv import SavePlace, SavePlaceResponse
+from ...srv import SavePlaceResponse
 from .messages import header_of, pose2d
 
 
@@ -21,16 +21,14 @@ class PlaceKeeper:
         map_file: where it comes from: a file, or the name of a world, beside which nothing is kept.
         frame: frame of the map.
         here: returns where the robot stands. It raises PioneerError with the reason when nobody knows.
-        lock: held while a place is saved.
     """
 
-    def __init__(self, floor: Optional[FloorMap], map_file: str, frame: str, here: Callable[[], Pose], lock: Any):
+    def __init__(self, floor: Optional[FloorMap], map_file: str, frame: str, here: Callable[[], Pose]):
         self.places: Dict[str, Pose] = dict(floor.goals) if floor else {}
-        self._name, self._frame, self._here, self._lock = floor.name if floor else "", frame, here, lock
+        self._name, self._frame, self._here = floor.name if floor else "", frame, here
         self._file = goals_file(map_file) if map_file.endswith((".yaml", ".yml", ".map")) else None
         self._topic = rospy.Publisher("places", Places, queue_size=1, latch=True)
         self._tell()
-        rospy.Service("save_place", SavePlace, self._save)
 
     def place(self, name: str) -> Pose:
         """Return the place of a name. Raises UsageError with the names that there are."""
@@ -45,14 +43,14 @@ class PlaceKeeper:
         self._topic.publish(Places(header_of(self._frame, rospy.Time.now()), self._name, list(self.places),
                                    [pose2d(pose) for pose in self.places.values()]))
 
-    def _save(self, request: Any) -> SavePlaceResponse:
+    def serve(self, request: Any) -> SavePlaceResponse:
+        """Save or forget a place (SavePlace). One request at a time: each must have the change of the one before."""
         try:
-            with self._lock:        # for all of it: of two at once each has the change of the other
-                places = self._changed(request)
-                if self._file is not None:
-                    write_goals(places, self._file)
-                self.places = places
-                self._tell()
+            places = self._changed(request)
+            if self._file is not None:
+                write_goals(places, self._file)
+            self.places = places
+            self._tell()
         except PioneerError as error:
             return SavePlaceResponse(False, str(error))
         done = "is forgotten" if request.forget else "is saved"

@@ -4,16 +4,15 @@ from time import monotonic
 from typing import Any
 
 import rospy
-import tf
+import tf2_ros
 from geometry_msgs.msg import PolygonStamped, PoseArray, PoseWithCovarianceStamped
 from nav_msgs.msg import MapMetaData, OccupancyGrid, Path
 
-from ...floor_poses import Pose, compose, relative
 from ...msg import Navigation
 from ..localisation import Where
 from ..navigator import State, kind_of
 from ..pilot import Pilot, PilotStep
-from .messages import (cloud_message, footprint_message, header_of, map_message, path_message, pose2d, pose_message,
+from .messages import (cloud_message, footprint_message, header_of, map_message, odom_on_map, path_message, pose2d,
                        pose_with_covariance)
 from .parameters import NavigationParameters
 from .status import LATE, StatusReport, late_text
@@ -51,7 +50,7 @@ class Telling:
         self._footprint = topic("footprint", PolygonStamped)
         self._map = topic("map", OccupancyGrid, latch=True)
         self._metadata = topic("map_metadata", MapMetaData, latch=True)
-        self._tf = tf.TransformBroadcaster()
+        self._tf = tf2_ros.TransformBroadcaster()
         self._status = StatusReport()
         self._due = dict.fromkeys(PERIODS, 0.0)
         self._planned = False
@@ -93,11 +92,9 @@ class Telling:
             (rospy.logwarn if step.state is State.FAILED else rospy.loginfo)("%s: %s", step.state.value, step.reason)
 
     def _tell_where(self, step: PilotStep, where: Where, stamp: Any) -> None:
-        origin = compose(where.pose, relative(step.odometry, Pose(0.0, 0.0, 0.0)))
-        turn = pose_message(origin).orientation
         ahead = rospy.Duration.from_sec(self._parameters.transform_tolerance)
-        self._tf.sendTransform((origin.x, origin.y, 0.0), (turn.x, turn.y, turn.z, turn.w), stamp + ahead,
-                               self._parameters.odom_frame, self._frame)
+        self._tf.sendTransform(odom_on_map(where.pose, step.odometry, self._frame, self._parameters.odom_frame,
+                                           stamp + ahead))
         self._amcl_pose.publish(pose_with_covariance(where.pose, where.covariance, self._frame, stamp))
         if self._footprint.get_num_connections():
             self._footprint.publish(footprint_message(self._outline, self._parameters.base_frame, stamp))

@@ -10,14 +10,14 @@ from typing import Optional, Tuple
 
 import yaml
 
-from ..errors import WorldError
-from ..floor_poses import Pose
-from ..maps.floor_map import FloorMap, Line
-from ..maps.goals_file import goals_file, read_goals
-from ..maps.grid_map import FREE, GridMap
-from ..maps.ros_map import RosMapReader
-from ..maps.yaml_nodes import compose
-from ..simulator.world import World, load_world
+from ...errors import WorldError
+from ...floor_poses import Pose
+from ...maps.floor_map import FloorMap, Line
+from ...maps.goals_file import goals_file, read_goals
+from ...maps.grid_map import FREE, GridMap
+from ...maps.ros_map import RosMapReader
+from ...maps.yaml_nodes import compose
+from ...simulator.world import World, load_world
 
 RESOLUTION = 0.05
 """Side (m) of a cell of a map that is drawn from lines."""
