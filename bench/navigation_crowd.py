@@ -16,11 +16,10 @@ from typing import List, NamedTuple, Tuple
 
 from simulated_robot import Setup, SimulatedRobot
 from navigation_cases import numbers_of, seeds_of
-from navigation_drive import SPEED, TURN_RATE, goals_of, set_accelerations
+from navigation_drive import chassis_of, goals_of, set_accelerations
 
 from pioneer_control.floor_poses import Pose
 from pioneer_control.maps.floor_map import FloorMap
-from pioneer_control.navigation.chassis import Chassis
 from pioneer_control.navigation.node.map_files import floor_map_of
 from pioneer_control.navigation.navigator import Readiness, State
 from pioneer_control.navigation.pilot import Pilot
@@ -53,7 +52,7 @@ class Member:
         self.robot = SimulatedRobot(Setup(what.model, numbers=numbers_of(seed, 40.0)), world, seed)
         self.robot.firmware.hardware.carry(start)
         world.crowd.enter(self.robot.firmware.hardware.body)
-        chassis = Chassis(tuple(self.robot.shape.transducers), tuple(self.robot.model.outline(False)), SPEED, TURN_RATE)
+        chassis = chassis_of(self.robot)
         self.pilot = Pilot(floor, chassis, seed=seed)
         self.pilot.start_at(start)
         set_accelerations(self.robot, self.pilot.accelerations)

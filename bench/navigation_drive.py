@@ -18,6 +18,7 @@ from typing import List, NamedTuple, Tuple
 import numpy as np
 from simulated_robot import CYCLE, SimulatedRobot
 from navigation_cases import Case, case, seeds_of, with_gripper
+from navigation_wanders import map_of
 
 from pioneer_control import p2os
 from pioneer_control.floor_poses import Pose, wrapped
@@ -91,13 +92,16 @@ def set_accelerations(robot: SimulatedRobot, wanted) -> None:
         robot.firmware.receive(p2os.encode_command(*command))
 
 
+def chassis_of(robot: SimulatedRobot, gripper: bool = False) -> Chassis:
+    """Return a robot as navigation knows it."""
+    return Chassis(tuple(robot.shape.transducers), tuple(robot.model.outline(gripper)), SPEED, TURN_RATE)
+
+
 def prepared(its: Case, count: int) -> Tuple[GridMap, Chassis, List[Pose], random.Random]:
     """Return the map of a case, its robot, its goals, and the luck that goes on from there."""
     luck = random.Random("drive %s" % its.seed)
-    cells, origin = its.world.occupancy(0.05)
-    grid_map = GridMap(cells, 0.05, origin)
-    probe = SimulatedRobot(its.setup, its.world, its.seed)
-    chassis = Chassis(tuple(probe.shape.transducers), tuple(probe.model.outline(its.setup.gripper)), SPEED, TURN_RATE)
+    grid_map = map_of(its.world)
+    chassis = chassis_of(SimulatedRobot(its.setup, its.world, its.seed), its.setup.gripper)
     return grid_map, chassis, goals_of(grid_map, chassis, its.world.starts[0][:2], count, luck), luck
 
 

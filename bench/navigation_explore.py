@@ -14,13 +14,12 @@ from typing import List, NamedTuple
 
 import numpy as np
 from navigation_cases import case, seeds_of, with_gripper
-from navigation_drive import SPEED, TURN_RATE, set_accelerations
-from navigation_map import Drive, MapRun, calibrated, draw, free_right, laid, transducers, walls_found
+from navigation_drive import chassis_of, set_accelerations
+from navigation_map import Drive, MapRun, calibrated, draw, free_right, laid, walls_found
 from simulated_robot import SimulatedRobot
 
 from pioneer_control.floor_poses import Pose
 from pioneer_control.maps import FREE, GridMap
-from pioneer_control.navigation.chassis import Chassis
 from pioneer_control.navigation.navigator import Readiness
 from pioneer_control.navigation.pilot import Pilot
 from pioneer_control.simulator.world.grids import flood
@@ -54,8 +53,7 @@ def explored(options: argparse.Namespace, seed: int) -> Exploration:
     if options.gripper:
         its = with_gripper(its)
     robot = SimulatedRobot(its.setup, its.world, seed)
-    chassis = Chassis(transducers(its), tuple(robot.model.outline(its.setup.gripper)), SPEED, TURN_RATE)
-    home = Pose(*robot.firmware.true_pose)
+    chassis, home = chassis_of(robot, its.setup.gripper), Pose(*robot.firmware.true_pose)
     pilot = Pilot(None, chassis, start=home)
     step = pilot.sense(robot.sense(), Readiness())
     set_accelerations(robot, pilot.accelerations)

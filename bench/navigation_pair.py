@@ -12,11 +12,10 @@ from typing import List, Tuple
 
 from simulated_robot import CYCLE, Setup, SimulatedRobot
 from navigation_cases import MODELS, numbers_of, seeds_of
-from navigation_drive import SPEED, TURN_RATE, TruePlace, set_accelerations
+from navigation_drive import TruePlace, chassis_of, set_accelerations
+from navigation_wanders import map_of
 
 from pioneer_control.floor_poses import Pose
-from pioneer_control.maps.grid_map import GridMap
-from pioneer_control.navigation.chassis import Chassis
 from pioneer_control.navigation.navigator import Navigator, Readiness
 from pioneer_control.simulator.world import World
 
@@ -30,16 +29,14 @@ def run(seed: int) -> Tuple[List[str], int, float]:
     corners = [(0.0, 0.0), (LENGTH, 0.0), (LENGTH, WIDTH), (0.0, WIDTH)]
     starts = [(1.0, luck.uniform(0.7, 1.3), 0.0), (LENGTH - 1.0, luck.uniform(0.7, 1.3), 3.14)]
     world = World("corridor", [a + b for a, b in zip(corners, corners[1:] + corners[:1])], starts=starts)
-    cells, origin = world.occupancy(0.05)
-    grid_map = GridMap(cells, 0.05, origin)
+    grid_map = map_of(world)
     robots, navigators = [], []
     for number in (1, 0):       # the second first, as each robot begins at the first start and is carried away
         setup = Setup(MODELS[(seed + number) % len(MODELS)], numbers=numbers_of(2 * seed + number, 40.0))
         robot = SimulatedRobot(setup, world, seed + number)
         robot.firmware.hardware.carry(starts[number])
         world.crowd.enter(robot.firmware.hardware.body)
-        chassis = Chassis(tuple(robot.shape.transducers), tuple(robot.model.outline(False)), SPEED, TURN_RATE)
-        navigator = Navigator(grid_map, chassis)
+        navigator = Navigator(grid_map, chassis_of(robot))
         set_accelerations(robot, navigator.acceleration_wanted)
         goal = starts[1 - number]
         refusal = navigator.go_to(goal[0], goal[1], None, 0.0)
