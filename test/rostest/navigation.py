@@ -213,7 +213,8 @@ class NavigationTest(unittest.TestCase):
             self.assertEqual(self.result(), GoalStatus.REJECTED, word)
             self.assertRegex(self.client.get_goal_status_text(), word)
             self.witness.next("pioneer/navigation", 3)
-            told = [each.msg for each in self.witness.seen["/rosout"][since:] if each.name == "/pioneer/navigation"]
+            told = [each.msg for each in self.witness.seen["/rosout"][since:]
+                    if each.name == "/pioneer/navigation" and "refused" in each.msg]
             self.assertEqual(len(told), 1, told)
         self.assertEqual(self.truth(), before)
 
