@@ -1,4 +1,7 @@
-"""Many points at once from one frame into another, and many angles (m, rad). `floor_poses` does it for one pose."""
+"""Many points at once from one frame into another, and many angles (m, rad). `floor_poses` does it for one pose.
+
+A point is relative to a frame when its x is ahead of the frame's origin (along its heading), and its y to the left.
+"""
 
 import math
 from typing import Any, Tuple

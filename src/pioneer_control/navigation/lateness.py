@@ -5,11 +5,11 @@ from collections import deque
 from typing import Deque, Tuple
 
 USUAL = 0.15
-"""Time (s) from a packet to the answer to the next one that nobody calls late."""
+"""Longest time (s) from a packet until the next one is answered that is not late: packets come every 0.1 s."""
 EXPECTED = 3.0
-"""Time (s) for which an answer that was late is expected to be late again."""
+"""Time (s) for which, after a late answer, others are expected to be as late."""
 COMPARED = 10.0
-"""Time (s) over which the quickest message says how far two clocks are apart."""
+"""Time (s) of messages that are compared: the quickest of them says how far the clocks are apart."""
 
 
 class Lately:

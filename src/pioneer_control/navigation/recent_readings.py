@@ -16,7 +16,7 @@ MOST_RAYS = 40
 """A scan has hundreds of rays, which say much the same. So many of them are used."""
 
 PACKETS_KEPT = 4
-"""Firings of a packet lie between it and the packets before: the odometry of so many is kept."""
+"""Firings of a packet lie between it and some packets before: the odometry of so many packets is kept."""
 
 
 class RecentReadings:
@@ -47,7 +47,7 @@ class RecentReadings:
         self._rows[:len(kept)], self._end = kept, len(kept)
 
     def add(self, odometry: Pose, beams: Beams) -> None:
-        """Keep readings that were placed relative to the robot at `odometry`."""
+        """Keep readings that are given relative to the robot when its pose by the wheels (m, rad) was `odometry`."""
         count = len(beams.x)
         if self._end + count > len(self._rows):
             self._rows[:self._most] = self._rows[self._end - self._most:self._end].copy()
@@ -59,7 +59,7 @@ class RecentReadings:
         self.heard += count
 
     def seen_from(self, odometry: Pose) -> Beams:
-        """Return all kept readings, oldest first, relative to the robot at `odometry`."""
+        """Return all kept readings, oldest first, relative to the robot at a pose by the wheels (m, rad)."""
         rows = self._rows[max(0, self._end - self._most):self._end]
         return Beams(*into(odometry, rows[:, 0], rows[:, 1]), rows[:, 2] - odometry.heading,
                      rows[:, 3].astype(np.int32), rows[:, 4].astype(np.int32))

@@ -17,7 +17,7 @@ MOST_WAITING = 50
 JUMP = 5.0
 """Time (s) between two messages that is a gap: what was heard before says nothing about what is new."""
 SHORTEST = 0.01
-"""Time (s) between two sonar messages below which time stands: no robot sends so often."""
+"""Shortest time (s) between two sonar messages: no robot sends so often. If their stamps are nearer, time stands."""
 OUT_OF_ORDER = 0.25
 """How much (s) the stamps of one topic may go back without a jump of time."""
 
@@ -82,7 +82,7 @@ class Senses:
     """Makes one `Sensing` of each sonar message, with the pose at the same time.
 
     Messages of two topics may come in any order. So a sonar message waits until a pose of its time or later has come.
-    One that is no newer than the last, but for the jitter of stamps, is none: time stands.
+    One that is newer than the last by less than `SHORTEST`, or a little older, is left out: time stands then.
 
     Args:
         numbers: the fitted transducers.

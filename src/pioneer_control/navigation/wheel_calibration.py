@@ -14,7 +14,7 @@ from ..floor_poses import Pose, compose, relative, wrapped
 Array = Any     # of numpy
 
 SEGMENT_TURN, SEGMENT_WAY = 1.5, 2.0
-"""After such a turn (rad) or way (m), odometry is compared with the poses."""
+"""After such a turn (rad) or way (m), a segment ends: its odometry is compared with the poses at its ends."""
 HEADING_ERROR, WAY_ERROR = 0.05, 0.06
 """Standard deviations of what two poses say about a turn (rad) and a way (m)."""
 TURN_PRIOR, CURVE_PRIOR, WAY_PRIOR = 0.05, 0.02, 0.03
@@ -39,12 +39,13 @@ class WheelCalibration:
 
     @property
     def factors(self) -> Array:
-        """How much the robot turns for each radian of its odometry, and for each metre (rad); how far for each metre.
+        """An array of three: its turn (rad) for each radian of odometry and for each metre ahead, its way (m) for each
+        metre.
         """
         return np.append(self._factors, self._way_factor)
 
     def corrected(self, step: Pose) -> Pose:
-        """Add a motion that the wheels measured. Return it corrected."""
+        """Add a motion that the wheels measured (m, rad; frame of the robot before it). Return it corrected."""
         turn = float(self._factors @ (step.heading, step.x))
         better = Pose(step.x * self._way_factor, step.y * self._way_factor, turn)
         self.odometry = compose(self.odometry, better)
@@ -55,7 +56,7 @@ class WheelCalibration:
         return better
 
     def learn(self, pose: Optional[Pose]) -> None:
-        """Compare the way of the robot with its pose on the map, None if that is not sure."""
+        """Take the pose on the map (m, rad), None if it is not sure. After a segment, learn from it and its begin."""
         if pose is None or self._start is None:
             self._begin(pose)
         elif abs(self._turn) > SEGMENT_TURN or self._way > SEGMENT_WAY:

@@ -40,7 +40,8 @@ def path(steps: Array, errors: WheelBias) -> Array:
     turn = steps[:, 2] * (1.0 + errors.turning) + errors.veer * steps[:, 0]
     poses = np.zeros((len(steps) + 1, 3))
     poses[1:, 2] = np.cumsum(turn)
-    # The steps come from odometry that turned by less or more: half of the difference lies before the middle of a step.
+    # A step is told in the frame of the packet before, as if the robot had turned as odometry says while it drove. It
+    # really turned by more or less, evenly on the way: so the step as a whole is turned by half of the difference.
     heading = poses[:-1, 2] + (turn - steps[:, 2]) / 2.0
     poses[1:, :2] = np.cumsum(turned(forward, left, heading), axis=1).T
     return poses

@@ -21,7 +21,7 @@ DRIVEN = 0.05
 
 
 FILES = ".yaml", ".pgm", ENDING
-"""How the names of the files of one map end: the cells' frame, their image, and the places."""
+"""How the names of the files of one map end: the file that map_server is given, its image, and the places."""
 
 
 def write_map(grid: GridMap, places: Mapping[str, Pose], file: str, replaces: bool = False) -> str:

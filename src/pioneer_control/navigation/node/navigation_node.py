@@ -111,20 +111,7 @@ class NavigationNode:
         """Navigate until ROS shuts down, or until the driver has another robot. Return why it ended, for people; empty
         after a shutdown. The loop looks whether the robot is silent; it uses real time.
         """
-        plans = PlanMaker(self._pilot, self._frame, self._in_map, self._here)
-        for name, kind, serve in (
-                ("go_to", GoTo, self._go_to), ("static_map", GetMap, self._static_map),
-                ("global_localization", Empty, self._anywhere), ("save_map", SaveMap, self._save_map),
-                ("save_place", SavePlace, self._keeper.serve),
-                ("explore", SetBool, self._explore), ("move_base/make_plan", GetPlan, plans.serve),
-                ("move_base/clear_costmaps", Empty, self._forget_obstacles),
-                ("request_nomotion_update", Empty, lambda request: EmptyResponse())):   # each packet is told anyway
-            rospy.Service(name, kind, self._locked(serve))
-        rospy.Subscriber("initialpose", PoseWithCovarianceStamped, self._hear_start, queue_size=1)
-        self._hearing.start()
-        self._goals.start()
-        rospy.Subscriber("robot_info", RobotInfo, self._hear_robot, queue_size=1)
-        rospy.on_shutdown(self._ended.set)
+        self._begin()
         while not self._ended.wait(SILENCE / 2.0):
             self._look_at_tf()
             with self._lock:
@@ -138,6 +125,23 @@ class NavigationNode:
             if self._saver is not None:
                 print(self._saver.save(self._finished_map, self._keeper.places), flush=True)     # rosout has ended
         return self._other_robot
+
+    def _begin(self) -> None:
+        """Begin to hear the robot, to take goals and to answer services."""
+        plans = PlanMaker(self._pilot, self._frame, self._in_map, self._here)
+        for name, kind, serve in (
+                ("go_to", GoTo, self._go_to), ("static_map", GetMap, self._static_map),
+                ("global_localization", Empty, self._anywhere), ("save_map", SaveMap, self._save_map),
+                ("save_place", SavePlace, self._keeper.serve), ("explore", SetBool, self._explore),
+                ("move_base/make_plan", GetPlan, plans.serve),
+                ("move_base/clear_costmaps", Empty, self._forget_obstacles),
+                ("request_nomotion_update", Empty, lambda request: EmptyResponse())):   # each packet is told anyway
+            rospy.Service(name, kind, self._locked(serve))
+        rospy.Subscriber("initialpose", PoseWithCovarianceStamped, self._hear_start, queue_size=1)
+        self._hearing.start()
+        self._goals.start()
+        rospy.Subscriber("robot_info", RobotInfo, self._hear_robot, queue_size=1)
+        rospy.on_shutdown(self._ended.set)
 
     def _hear_robot(self, info: RobotInfo) -> None:
         """End when the driver has another robot: its outline, or where its sonar looks, is not what it was."""
