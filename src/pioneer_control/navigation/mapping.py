@@ -241,15 +241,14 @@ class Mapper:
         numbers = self._numbers
         beams = self._readings(number)
         if self._corrects and len(beams.x) >= numbers.least_count:
-            self._graph.set_walls(number, wall_directions(
-                self._drawn[number].stretch.beams(self._graph.bias), self._wall_numbers))
-            yield
             pose, reach, turn = self._graph.pose(number), share * numbers.window, share * numbers.window_turn
             found = self._match(number, beams, pose, reach, turn)
             yield
             if found and _at_edge(pose, found.pose, reach, turn):
                 found = self._match(number, beams, found.pose, numbers.window, numbers.window_turn) or found
                 yield
+            self._graph.set_walls(number, wall_directions(
+                self._drawn[number].stretch.beams(self._graph.bias), self._wall_numbers))
             if found:
                 self._graph.untie(number)
                 self._tie(number, found)
@@ -265,7 +264,7 @@ class Mapper:
         beams = self._drawn[number].stretch.beams(self._graph.bias)
         index = np.nonzero(beams.range < self._match_numbers.reach)[0]
         index = index[::max(1, math.ceil(len(index) / self._numbers.most_readings))]
-        return SonarBeams(*(each[index] for each in beams))
+        return beams.chosen(index)
 
     def _match(self, number: int, beams: SonarBeams, pose: Pose, reach: float, turn: float) -> Optional[Match]:
         """Look for the readings of a stretch near a pose on what the others drew; None where too little is known."""
