@@ -42,6 +42,10 @@ class SonarBeams(NamedTuple):
         """Return the beams in the frame in which their own frame has this pose."""
         return SonarBeams(*out_of(Pose(x, y, heading), self.x, self.y), self.heading + heading, self.range)
 
+    def chosen(self, which: Array) -> "SonarBeams":
+        """Return some of the beams. `which`: a mask of all, or indices."""
+        return SonarBeams(*(each[which] for each in self))
+
 
 class Votes(NamedTuple):
     """What some firings say about the cells of a window.

@@ -277,7 +277,6 @@ class WallNumbers:
     """How straight walls are found in what a stretch of path heard, and held square (`wall_directions`)."""
 
     reach: float = parameter(2.5, Number(0.5, 5.0), "echoes from farther away are not used", "m")
-    half_cone: float = parameter(0.218, Number(0.05, 0.6), "from the axis of a sonar cone to its edge", "rad")
     band: float = parameter(0.04, Number(0.01, 0.2), "a reading belongs to a wall when it is so near to it", "m")
     least: int = parameter(6, Whole(3, 100), "readings that must agree on a wall")
     span: float = parameter(0.6, Number(0.2, 2.0), "way along the wall on which they must lie", "m")

@@ -10,6 +10,7 @@ from typing import Any, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
+from ..robots import HALF_CONE
 from .frames import wrapped_angles
 from .sonar_grid import SonarBeams
 from .tuned import WallNumbers
@@ -55,7 +56,7 @@ class SquareWalls(NamedTuple):
 
 def wall_directions(beams: SonarBeams, numbers: WallNumbers) -> List[WallDirection]:
     """Return where the straight walls face that some beams heard, first the wall that most of them heard."""
-    beams = _of(beams, beams.range < numbers.reach)
+    beams = beams.chosen(beams.range < numbers.reach)
     walls: List[WallDirection] = []
     for _ in range(int(numbers.most)):
         found = _best(beams, numbers)
@@ -66,7 +67,7 @@ def wall_directions(beams: SonarBeams, numbers: WallNumbers) -> List[WallDirecti
         if np.ptp(along) >= numbers.span:
             off = max(float(_to_wall(beams, heading)[fits].std()), _FINEST)
             walls.append(WallDirection(heading, off / (float(along.std()) * math.sqrt(len(along)))))
-        beams = _of(beams, ~fits)
+        beams = beams.chosen(~fits)
     return walls
 
 
@@ -105,7 +106,7 @@ def _best(beams: SonarBeams, numbers: WallNumbers) -> Optional[Tuple[float, Arra
     for number in range(_ROUNDS):
         near = numbers.band if number < _ROUNDS / 2 else 0.75 * numbers.band
         off = _to_wall(beams, heading) - distance
-        fits = _hears(beams, heading, numbers) & (np.abs(off) < near)
+        fits = _hears(beams, heading) & (np.abs(off) < near)
         if fits.sum() < numbers.least:
             return None
         along = _along(beams, heading)[fits]
@@ -121,7 +122,7 @@ def _guess(beams: SonarBeams, numbers: WallNumbers) -> Tuple[float, float]:
     origin.
     """
     distances = np.stack([_to_wall(beams, heading) for heading in _TRIED])
-    hears = np.stack([_hears(beams, heading, numbers) for heading in _TRIED])
+    hears = np.stack([_hears(beams, heading) for heading in _TRIED])
     first = float(distances.min())
     bins = np.floor((distances - first) / numbers.band).astype(int)
     count = int(bins.max()) + 2
@@ -132,13 +133,9 @@ def _guess(beams: SonarBeams, numbers: WallNumbers) -> Tuple[float, float]:
     return float(_TRIED[best]), first + (float(number) + 1.0) * numbers.band
 
 
-def _of(beams: SonarBeams, which: Array) -> SonarBeams:
-    return SonarBeams(*(each[which] for each in beams))
-
-
-def _hears(beams: SonarBeams, heading: float, numbers: WallNumbers) -> Array:
+def _hears(beams: SonarBeams, heading: float) -> Array:
     """Return a mask of the beams whose cone has a direction in it: a wall that faces there answers from there."""
-    return np.abs(wrapped_angles(beams.heading - heading)) < numbers.half_cone
+    return np.abs(wrapped_angles(beams.heading - heading)) < HALF_CONE
 
 
 def _to_wall(beams: SonarBeams, heading: float) -> Array:
