@@ -21,6 +21,7 @@ from .lateness import Lateness
 from .obstacles import Obstacles, cells_near, edge_cells
 from .planning import DrivableFloor, RoutePlan, length_of
 from .steering import NOWHERE, Around, SteeringChoice, Steering
+from .suspected_walls import SuspectedWalls
 from .tuned import NavigationNumbers, NavigatorNumbers
 from .values import STOP, Point, Sensing, Twist
 
@@ -160,6 +161,7 @@ class Navigator:
         self._place: Optional[Pose] = None              # where it was sure to be last on its way
         self._place_odometry = Pose(0.0, 0.0, 0.0)      # its odometry there
         self._stalled = -math.inf       # s, when a wheel last stalled
+        self._suspected = SuspectedWalls(chassis.half_width, numbers.suspected_walls)
         self._trail: Deque[Pose] = deque(maxlen=_TRAIL)     # odometry where it was lately
 
     def use_map(self, grid_map: GridMap) -> None:
@@ -288,6 +290,7 @@ class Navigator:
             self._velocity = Twist(float(along) / time, turned / time)
         self._obstacles.hear(sensing, pose)
         self._last, self._late = sensing, self._lateness.of(sensing.time, now)
+        self._suspected.drive(sensing.odometry)
         if not self._trail or _apart(sensing.odometry, self._trail[-1]) > _TRAIL_STEP or abs(
                 wrapped(sensing.odometry.heading - self._trail[-1].heading)) > _TRAIL_STEP:
             self._trail.append(sensing.odometry)
@@ -535,8 +538,11 @@ class Navigator:
         apart, beside, left = (math.inf if self._through_unknown else float(off[which].min(initial=math.inf))
                                for which in (unproven, walking, lost))
         wall_x, wall_y = (np.zeros(0),) * 2 if pose is None else cells_near(self._map, self._edges, pose, _NEAR)
-        return Around(np.append(x, wall_x), np.append(y, wall_y), x[walking], y[walking], apart, beside,
-                      left, self._late)
+        all_x, all_y = np.append(x, wall_x), np.append(y, wall_y)
+        if self._through_unknown:
+            more_x, more_y = self._suspected.places(all_x, all_y, self._obstacles.looks(), self._last.odometry)
+            all_x, all_y = np.append(all_x, more_x), np.append(all_y, more_y)
+        return Around(all_x, all_y, x[walking], y[walking], apart, beside, left, self._late)
 
 
 def _apart(one: Pose, other: Pose) -> float:

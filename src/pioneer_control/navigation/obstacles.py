@@ -18,6 +18,7 @@ from ..maps.grid_map import GridMap
 from ..robots import HALF_CONE
 from .chassis import Chassis
 from .frames import into, out_of, turned
+from .sonar_grid import SonarBeams
 from .tuned import ObstacleNumbers
 from .values import Sensing
 
@@ -25,7 +26,8 @@ Array = Any     # of numpy
 
 _ACROSS = np.array([-0.9, -0.45, 0.0, 0.45, 0.9]) * HALF_CONE
 _THROUGH = 0.7 * HALF_CONE
-_FIRINGS_KEPT = 40
+_FIRINGS_KEPT = 40      # with an echo
+_LOOKS_KEPT = 250       # with or without: of five or ten seconds
 _SLOW = 0.1     # m/s: a faster robot hears one place after another of what stands beside it
 _NEVER = -10 ** 9       # so often passed: no echo can make up for it
 
@@ -83,6 +85,7 @@ class Obstacles:
         self._slow = True
         self._fired: Dict[int, float] = {}
         self._free = _columns([])       # of the last echoes
+        self._looks = _columns([])      # of the last firings, also without an echo
         self.forget()
 
     def use_map(self, grid_map: GridMap, clearance: Array) -> None:
@@ -91,7 +94,7 @@ class Obstacles:
 
     def forget(self) -> None:
         """Forget all echoes."""
-        self._free = _columns([])
+        self._free = self._looks = _columns([])
         none = np.zeros(0)
         self._places = Places(none, none, none, np.zeros(0, dtype=bool), none, none, none, none)
         self._passed = np.zeros(0, dtype=int)
@@ -103,6 +106,10 @@ class Obstacles:
     def heard(self) -> Places:
         """Return what is remembered, in the frame of odometry."""
         return self._places
+
+    def looks(self) -> SonarBeams:
+        """Return the last firings, also without an echo, in the frame of odometry."""
+        return SonarBeams(*self._looks[:4, :, 0])
 
     def add(self, places_x: Array, places_y: Array, time: float) -> None:
         """Remember places (m, frame of odometry) of which the robot knows by something else than an echo.
@@ -130,18 +137,20 @@ class Obstacles:
         """
         self._drop_old(sensing.time)
         heard: List[_Echo] = []
+        silent: List[_Echo] = []
         for firing in sensing.firings:
             transducer = self._transducers.get(firing.number)
             if transducer is not None:
                 self._fired[firing.number] = firing.time
-                if math.isfinite(firing.range) and firing.range > 0.0:
+                if firing.range > 0.0:
                     eye = compose(self._pose_at(sensing, firing.time),
                                   Pose(transducer.x, transducer.y, transducer.heading))
-                    heard.append(_Echo(*eye, firing.range, firing.time))
+                    (heard if math.isfinite(firing.range) else silent).append(_Echo(*eye, firing.range, firing.time))
         before, self._before = self._before, sensing
         self._slow = before is None or math.hypot(
             sensing.odometry.x - before.odometry.x, sensing.odometry.y - before.odometry.y) < _SLOW * (
                 sensing.time - before.time)
+        self._looks = np.concatenate((self._looks, _columns(heard + silent)), axis=1)[:, -_LOOKS_KEPT:]
         if heard:
             echoes = _columns(heard)
             self._see_through(echoes)

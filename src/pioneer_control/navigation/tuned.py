@@ -158,6 +158,19 @@ class ObstacleNumbers:
 
 
 @dataclass(frozen=True)
+class SuspicionNumbers:
+    """Where walls may go on that no sonar hears, while a map is made (`suspected_walls`)."""
+
+    near: float = parameter(0.8, Number(0.1, 2.0), "walls so near to the middle of the robot count", "m")
+    reach: float = parameter(0.35, Number(0.0, 2.0), "so far a wall is suspected to go on; 0: not at all", "m")
+    band: float = parameter(0.04, Number(0.01, 0.2), "a place belongs to a wall when it is so near to it", "m")
+    least: int = parameter(6, Whole(3, 100), "places that must lie on a wall")
+    span: float = parameter(0.2, Number(0.05, 2.0), "length on which they must lie", "m")
+    square: float = parameter(0.35, Number(0.0, 1.5), "a beam that slants less meets a wall squarely", "rad")
+    passed: float = parameter(0.15, Number(0.02, 2.0), "an echo from so far beyond it says that it has ended", "m")
+
+
+@dataclass(frozen=True)
 class SteeringNumbers:
     """Numbers of `steering`."""
 
@@ -346,6 +359,7 @@ class NavigationNumbers(NamedTuple):
     localisation: LocalisationNumbers = LocalisationNumbers()
     planning: PlanningNumbers = PlanningNumbers()
     obstacles: ObstacleNumbers = ObstacleNumbers()
+    suspected_walls: SuspicionNumbers = SuspicionNumbers()
     steering: SteeringNumbers = SteeringNumbers()
     navigator: NavigatorNumbers = NavigatorNumbers()
     sonar_grid: MapNumbers = MapNumbers()
