@@ -281,6 +281,7 @@ class Navigator:
         last = self._last
         if last is not None and sensing.time <= last.time:
             self._obstacles.forget()
+            self._suspected.forget()
             self._trail.clear()
             self._velocity = STOP
         elif last is not None:

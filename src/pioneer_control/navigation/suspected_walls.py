@@ -16,6 +16,7 @@ from ..robots import HALF_CONE
 from .frames import into, turned, wrapped_angles
 from .sonar_grid import SonarBeams
 from .tuned import SuspicionNumbers
+from .wall_directions import most_agree
 
 Array = Any     # of numpy
 
@@ -25,6 +26,7 @@ _MOST_WALLS = 3
 _STEP = 0.04
 """Distance (m) of the places that stand for a suspected wall."""
 _THROUGH = math.tan(0.7 * HALF_CONE)
+"""A beam passes what is nearer to its axis than this share of the way there: the edge of a cone may hear nothing."""
 _DROVE, _DROVE_STEP = 200, 0.1      # poses; m
 
 
@@ -44,6 +46,10 @@ class SuspectedWalls:
         """The robot is here now."""
         if not self._drove or math.hypot(odometry.x - self._drove[-1].x, odometry.y - self._drove[-1].y) > _DROVE_STEP:
             self._drove.append(odometry)
+
+    def forget(self) -> None:
+        """The frame of odometry is another one now: forget where the robot has driven."""
+        self._drove.clear()
 
     def places(self, x: Array, y: Array, looks: SonarBeams, odometry: Pose) -> Tuple[Array, Array]:
         """Return places (m, robot's frame) where walls may go on.
@@ -88,14 +94,8 @@ def _wall(points: Array, numbers: SuspicionNumbers) -> Optional[Tuple[float, flo
     if len(points) < numbers.least:
         return None
     distances = np.outer(np.cos(_TRIED), points[:, 0]) + np.outer(np.sin(_TRIED), points[:, 1])
-    first = float(distances.min())
-    bins = np.floor((distances - first) / numbers.band).astype(int)
-    count = int(bins.max()) + 2
-    rows = np.arange(len(_TRIED))[:, np.newaxis] * count
-    votes = np.bincount((rows + bins).ravel(), minlength=len(_TRIED) * count).reshape(len(_TRIED), count)
-    votes = votes[:, :-1] + votes[:, 1:]        # a wall may lie on the border of two
-    best, number = np.unravel_index(int(votes.argmax()), votes.shape)
-    across, distance = float(_TRIED[best]), first + (float(number) + 1.0) * numbers.band
+    best, distance = most_agree(distances, np.ones(distances.shape, dtype=bool), numbers.band)
+    across = float(_TRIED[best])
     for _ in range(2):
         along, off = _from_wall(points, across, distance)
         fits = np.abs(off) < numbers.band

@@ -123,14 +123,26 @@ def _guess(beams: SonarBeams, numbers: WallNumbers) -> Tuple[float, float]:
     """
     distances = np.stack([_to_wall(beams, heading) for heading in _TRIED])
     hears = np.stack([_hears(beams, heading) for heading in _TRIED])
+    best, distance = most_agree(distances, hears, numbers.band)
+    return float(_TRIED[best]), distance
+
+
+def most_agree(distances: Array, counts: Array, band: float) -> Tuple[int, float]:
+    """Return the direction on which most readings or places agree, as its row, and how far (m) the wall is that way.
+
+    Args:
+        distances: a row for each direction: how far (m) the wall is by each of them, if it faces there.
+        counts: mask of those that count.
+        band: they agree when they are so near to each other (m).
+    """
     first = float(distances.min())
-    bins = np.floor((distances - first) / numbers.band).astype(int)
-    count = int(bins.max()) + 2
-    row, _ = np.nonzero(hears)
-    votes = np.bincount(row * count + bins[hears], minlength=len(_TRIED) * count).reshape(len(_TRIED), count)
+    bins = np.floor((distances - first) / band).astype(int)
+    width = int(bins.max()) + 2
+    row, _ = np.nonzero(counts)
+    votes = np.bincount(row * width + bins[counts], minlength=len(distances) * width).reshape(len(distances), width)
     votes = votes[:, :-1] + votes[:, 1:]        # a wall may lie on the border of two
     best, number = np.unravel_index(int(votes.argmax()), votes.shape)
-    return float(_TRIED[best]), first + (float(number) + 1.0) * numbers.band
+    return int(best), first + (float(number) + 1.0) * band
 
 
 def _hears(beams: SonarBeams, heading: float) -> Array:

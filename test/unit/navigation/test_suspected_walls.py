@@ -81,6 +81,9 @@ def test_where_the_robot_drove_no_wall_goes_on():
     walls.drive(Pose(*out_of(odometry, 0.3, 0.3), 0.0))
     left, _ = walls.places(*wall(), NO_BEAMS, odometry)
     assert not (left > 0.12).any() and (left < -0.6).any()
+    walls.forget()
+    again, _ = walls.places(*wall(), NO_BEAMS, odometry)
+    assert again == pytest.approx(free)
 
 
 def test_firings_are_told_in_the_frame_of_odometry():
