@@ -10,6 +10,7 @@ from pioneer_control.floor_poses import Pose, wrapped
 from pioneer_control.maps.grid_map import OCCUPIED, GridMap
 from pioneer_control.navigation.navigator import NavigationNumbers, Navigator, Readiness, State, kind_of
 from pioneer_control.navigation.planning import DrivableFloor, RoutePlan
+from pioneer_control.navigation.suspected_walls import SuspectedWalls
 from pioneer_control.navigation.tuned import NavigatorNumbers
 from pioneer_control.navigation.values import STOP, Firing, Sensing, Twist
 
@@ -549,3 +550,28 @@ def test_forgotten_obstacles_are_gone():
     run.posts = ()
     run.navigator.forget_obstacles()
     assert np.isfinite(run.step().twist).all()
+
+
+@pytest.mark.parametrize("makes_map", [True, False])
+def test_only_while_it_makes_its_map_it_keeps_off_walls_that_are_suspected(makes_map, monkeypatch):
+    """Here one is suspected right ahead. On a map that is given, all walls are known."""
+    ahead = np.full(9, 0.4), np.linspace(-0.2, 0.2, 9)
+    monkeypatch.setattr(SuspectedWalls, "places", lambda *_: ahead)
+    run = Run()
+    run.navigator = Navigator(run.walls, run.chassis, SOON, through_unknown=makes_map)
+    run.step()
+    assert run.navigator.go_to(4.5, 1.0, None, run.time) == ""
+    twists = [run.step().twist for _ in range(8)]
+    assert any(twist.linear > 0.3 and twist.angular == 0.0 for twist in twists) is not makes_map
+
+
+def test_after_a_jump_of_time_it_does_not_know_where_it_drove(monkeypatch):
+    """Odometry may begin anew then, and its old places are elsewhere."""
+    forgotten = []
+    monkeypatch.setattr(SuspectedWalls, "forget", lambda _: forgotten.append(True))
+    run = Run()
+    run.step()
+    assert forgotten == []
+    run.time -= 50.0
+    run.step()
+    assert forgotten == [True]
