@@ -25,7 +25,7 @@ from pioneer_control.floor_poses import Pose, wrapped
 from pioneer_control.maps.grid_map import GridMap
 from pioneer_control.navigation.chassis import Chassis
 from pioneer_control.navigation.frames import into
-from pioneer_control.navigation.navigator import Navigator, Readiness
+from pioneer_control.navigation.navigator import Decision, Navigator, Readiness, State
 from pioneer_control.navigation.planning import DrivableFloor
 from pioneer_control.navigation.tuned import PlanningNumbers
 from pioneer_control.simulator.world.generated import with_unmapped, with_walkers
@@ -105,71 +105,93 @@ def prepared(its: Case, count: int) -> Tuple[GridMap, Chassis, List[Pose], rando
     return grid_map, chassis, goals_of(grid_map, chassis, its.world.starts[0][:2], count, luck), luck
 
 
-def run(seed: int, options) -> List[Leg]:
-    """Drive to the goals of a seed."""
-    its = case(seed, options.specular)
-    if options.gripper:
-        its = with_gripper(its)
-    grid_map, chassis, goals, luck = prepared(its, options.goals)
-    kept = its.world.changed(goals={str(number): goal for number, goal in enumerate(goals)})
-    world = with_walkers(with_unmapped(kept, luck.randint(0, 3), seed), options.walkers, seed)
-    robot = SimulatedRobot(its.setup, world, seed)
-    world.crowd.enter(robot.firmware.hardware.body)     # so that people see it
-    people = people_of(world)
-    for person in people:
-        world.crowd.enter(person)
-    navigator = Navigator(grid_map, chassis)
-    set_accelerations(robot, navigator.acceleration_wanted)
-    locate = locator(options, grid_map, robot, seed)
-    legs, trail = [], []
-    sensing = robot.sense()
-    place = locate(sensing)
-    navigator.step(sensing, place, Readiness(), sensing.time)
-    for number, goal in enumerate(goals):
-        begin, before = sensing.time, (robot.firmware.contacts, robot.firmware.touched_by_people)
-        here = robot.firmware.true_pose
-        shortest = navigator.shortest(here[:2], goal[:2])
-        refusal = navigator.go_to(goal.x, goal.y, goal.heading, sensing.time)
+class _Drive:
+    """One robot on the way to its goals: its world, what it knows, and what became of it."""
+
+    def __init__(self, seed: int, options):
+        its = case(seed, options.specular)
+        if options.gripper:
+            its = with_gripper(its)
+        self.seed, self.model, self.verbose = seed, its.setup.model, options.verbose
+        self.grid_map, self.chassis, self.goals, luck = prepared(its, options.goals)
+        kept = its.world.changed(goals={str(number): goal for number, goal in enumerate(self.goals)})
+        self.world = with_walkers(with_unmapped(kept, luck.randint(0, 3), seed), options.walkers, seed)
+        self.robot = SimulatedRobot(its.setup, self.world, seed)
+        self.world.crowd.enter(self.robot.firmware.hardware.body)     # so that people see it
+        self.people = people_of(self.world)
+        for person in self.people:
+            self.world.crowd.enter(person)
+        self.navigator = Navigator(self.grid_map, self.chassis)
+        set_accelerations(self.robot, self.navigator.acceleration_wanted)
+        self.locate = locator(options, self.grid_map, self.robot, seed)
+        self.trail: List[Tuple[Pose, State]] = []
+        sensing = self.robot.sense()
+        self.time = sensing.time
+        self.navigator.step(sensing, self.locate(sensing), Readiness(), self.time)
+
+    def to(self, number: int, goal: Pose) -> Leg:
+        """Drive to a goal, and return what became of it."""
+        firmware, begin = self.robot.firmware, self.time
+        contacts, touches = firmware.contacts, firmware.touched_by_people
+        here = firmware.true_pose
+        shortest = self.navigator.shortest(here[:2], goal[:2])
+        refusal = self.navigator.go_to(goal.x, goal.y, goal.heading, begin)
         if refusal:
-            print("seed %d: %s" % (seed, refusal))
+            print("seed %d: %s" % (self.seed, refusal))
         costs, way, unsure, wrong, longest_wrong, decision, contact = [], 0.0, 0.0, 0.0, 0.0, None, ""
-        while sensing.time - begin < LONGEST:
-            for person in people:
-                for _ in person.step(CYCLE):
-                    robot.firmware.hardware.touched_by_person()
-            sensing = robot.sense()
-            place = locate(sensing)
+        while self.time - begin < LONGEST:
+            place, decision, cost = self._packet()
+            costs.append(cost)
+            truth = firmware.true_pose
             unsure += 0.0 if place.sure else CYCLE
-            began = time.process_time()
-            decision = navigator.step(sensing, place, Readiness(), sensing.time)
-            costs.append(time.process_time() - began)
-            robot.command(*decision.twist)
-            truth = robot.firmware.true_pose
             off = math.hypot(truth[0] - place.pose.x, truth[1] - place.pose.y)
             wrong = wrong + CYCLE if place.sure and off > WRONG else 0.0
             longest_wrong = max(longest_wrong, wrong)
             way += math.hypot(truth[0] - here[0], truth[1] - here[1])
             here = truth
-            if options.verbose:
-                print("%7.1f %5.2f %5.2f  %6.2f %6.2f %5.2f  %s: %s" % (
-                    sensing.time, *decision.twist, *truth, decision.state, decision.reason), robot.firmware.contacts,
-                      file=sys.stderr)
-            if not contact and robot.firmware.contacts > before[0]:
-                near = [tuple(round(float(each), 2) for each in into(Pose(*truth), *person.pose[:2]))
-                        for person in people]
-                contact = "at %.1f s %s, told (%.2f, %.2f), people at %s" % (
-                    sensing.time, tuple(round(each, 2) for each in truth), *decision.twist, near)
-            trail.append((here, decision.state))
+            if not contact and firmware.contacts > contacts:
+                contact = self._told(decision)
             if not decision.state.has_goal:
                 break
-        legs.append(Leg(
-            seed, world.name, its.setup.model, number, decision.state.value, decision.reason,
-            robot.firmware.contacts - before[0], robot.firmware.touched_by_people - before[1],
-            sensing.time - begin, way, shortest, math.hypot(here[0] - goal.x, here[1] - goal.y),
-            abs(wrapped(here[2] - goal.heading)), tuple(costs), unsure,
-            longest_wrong, contact))
+        return Leg(self.seed, self.world.name, self.model, number, decision.state.value, decision.reason,
+                   firmware.contacts - contacts, firmware.touched_by_people - touches, self.time - begin, way, shortest,
+                   math.hypot(here[0] - goal.x, here[1] - goal.y), abs(wrapped(here[2] - goal.heading)), tuple(costs),
+                   unsure, longest_wrong, contact)
+
+    def _packet(self):
+        """Let people and robot move until the next packet, and answer it. Return place, decision and its cost (s)."""
+        for person in self.people:
+            for _ in person.step(CYCLE):
+                self.robot.firmware.hardware.touched_by_person()
+        sensing = self.robot.sense()
+        self.time = sensing.time
+        place = self.locate(sensing)
+        began = time.process_time()
+        decision = self.navigator.step(sensing, place, Readiness(), self.time)
+        cost = time.process_time() - began
+        self.robot.command(*decision.twist)
+        truth = Pose(*self.robot.firmware.true_pose)
+        self.trail.append((truth, decision.state))
+        if self.verbose:
+            print("%7.1f %5.2f %5.2f  %6.2f %6.2f %5.2f  %s: %s" % (
+                self.time, *decision.twist, *truth, decision.state, decision.reason), self.robot.firmware.contacts,
+                  file=sys.stderr)
+        return place, decision, cost
+
+    def _told(self, decision: Decision) -> str:
+        """Return where the robot is now, what it was told, and where the people are (robot's frame), for people."""
+        truth = Pose(*self.robot.firmware.true_pose)
+        near = [tuple(round(float(each), 2) for each in into(truth, *person.pose[:2])) for person in self.people]
+        return "at %.1f s %s, told (%.2f, %.2f), people at %s" % (
+            self.time, tuple(round(each, 2) for each in truth), *decision.twist, near)
+
+
+def run(seed: int, options) -> List[Leg]:
+    """Drive to the goals of a seed."""
+    drive = _Drive(seed, options)
+    legs = [drive.to(number, goal) for number, goal in enumerate(drive.goals)]
     if options.picture and (options.all_pictures or any(map(failed, legs))):
-        draw(options.picture, seed, world, grid_map, trail, goals, navigator, chassis, legs)
+        draw(options.picture, drive, legs)
     return legs
 
 
@@ -187,34 +209,34 @@ def locator(options, grid_map, robot, seed):
     return localisation.update
 
 
-def draw(folder, seed, world, grid_map, trail, goals, navigator, chassis, legs) -> None:
+def draw(folder: str, drive: _Drive, legs: List[Leg]) -> None:
     """Draw what happened into a picture."""
     import matplotlib
     matplotlib.use("Agg")
     from matplotlib import pyplot
     figure, axes = pyplot.subplots(figsize=(10, 10))
-    low_x, low_y, high_x, high_y = grid_map.bounds
-    axes.imshow(np.where(grid_map.cells == 100, 0, np.where(grid_map.cells == 0, 255, 200)), origin="lower",
+    low_x, low_y, high_x, high_y = drive.grid_map.bounds
+    axes.imshow(np.where(drive.grid_map.cells == 100, 0, np.where(drive.grid_map.cells == 0, 255, 200)), origin="lower",
                 extent=(low_x, high_x, low_y, high_y), cmap="gray", vmin=0, vmax=255)
-    for obstacle in world.unmapped:
+    for obstacle in drive.world.unmapped:
         for x1, y1, x2, y2 in obstacle.walls:
             axes.plot([x1, x2], [y1, y2], "r-", linewidth=0.8)
         for x, y, radius in obstacle.posts:
             axes.add_patch(pyplot.Circle((x, y), radius, color="r", fill=False))
-    xs, ys = zip(*[each[0][:2] for each in trail])
+    xs, ys = zip(*[each[0][:2] for each in drive.trail])
     axes.plot(xs, ys, "b-", linewidth=0.7)
-    for number, goal in enumerate(goals):
+    for number, goal in enumerate(drive.goals):
         axes.annotate(str(number), goal[:2], color="g")
         axes.arrow(goal.x, goal.y, 0.3 * math.cos(goal.heading), 0.3 * math.sin(goal.heading), color="g", width=0.02)
-    x, y, heading = trail[-1][0]
+    x, y, heading = drive.trail[-1][0]
     corners = [(x + a * math.cos(heading) - b * math.sin(heading), y + a * math.sin(heading) + b * math.cos(heading))
-               for a, b in chassis.outline]
+               for a, b in drive.chassis.outline]
     axes.add_patch(pyplot.Polygon(corners, fill=False, color="b"))
     axes.set_title("\n".join("%d: %s %s, %d contacts" % (leg.number, leg.state, leg.reason, leg.contacts)
                              for leg in legs), fontsize=8)
     axes.set_aspect("equal")
     os.makedirs(folder, exist_ok=True)
-    figure.savefig(os.path.join(folder, "drive-%d.png" % seed), dpi=80)
+    figure.savefig(os.path.join(folder, "drive-%d.png" % drive.seed), dpi=80)
     pyplot.close(figure)
 
 
