@@ -31,14 +31,16 @@ class Refuting(NamedTuple):
 
     tangent: float  #: tangent of the greatest angle between the axis and the echo; the edge of the cone is at 0.22
     farther: float  #: m, the measured range must be longer than the distance to the echo by this much
+    nearest: float  #: m, an echo that is nearer to the sonar than this is not refuted
 
 
 Beam = Tuple[float, float, float, float, float]
 """One sonar: its position x, y [m, robot's frame], cosine and sine of its direction, and its measured range [m]."""
 
-STEADY = Refuting(math.tan(math.radians(10)), 0.05)
-#: Stricter limits while the robot turns: a range may be 0.33 s old, and the sonar now points in another direction.
-TURNING = Refuting(math.tan(math.radians(6)), 0.15)
+STEADY = Refuting(math.tan(math.radians(10)), 0.05, 0.0)
+#: Stricter limits while the robot turns: a range may be 0.33 s old, and the sonar now points in another direction. It
+#: looks past the tip of a wedge of smooth walls, which returns few echoes, and those only from near by.
+TURNING = Refuting(math.tan(math.radians(6)), 0.15, 0.3)
 
 
 class Echo(NamedTuple):
@@ -91,6 +93,6 @@ def _refuted(x: float, y: float, beams: List[Beam], refuting: Refuting) -> bool:
     for bx, by, ahead, aside, heard in beams:
         along = (x - bx) * ahead + (y - by) * aside
         off_axis = abs((y - by) * ahead - (x - bx) * aside)
-        if 0 < along < heard - refuting.farther and off_axis < along * refuting.tangent:
+        if refuting.nearest < along < heard - refuting.farther and off_axis < along * refuting.tangent:
             return True
     return False
