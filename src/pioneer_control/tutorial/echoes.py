@@ -9,6 +9,7 @@ We place an echo on the axis of its cone. If it filled the whole arc of the cone
 """
 
 import math
+from enum import Enum
 from typing import Dict, List, NamedTuple, Tuple
 
 from .clearance import Point
@@ -17,7 +18,8 @@ from .snapshot import Snapshot
 NEAREST = 0.10  #: m, the shortest range of a sonar; if a sonar gives no reading, we assume an obstacle at this range
 NEAR = 1.0  #: m, only echoes with a shorter range are remembered
 SILENT = 4.9  #: m, a longer range says that no echo came back: a slanting wall may have lost it, so it refutes nothing
-REMEMBERED = 12.0  #: s, the time after which an echo is forgotten
+REMEMBERED = 12.0  #: s, the time after which an echo is forgotten while the robot moves
+REMEMBERED_STANDING = 300.0  #: s, the same while it stands: it looks at the same places, so it learns nothing new
 FORGOTTEN_BEYOND = 1.2  #: m, an echo that is farther from the robot is forgotten
 CELL = 0.08  #: m, the side of a grid cell; of all echoes in one cell only the newest is kept
 
@@ -43,38 +45,49 @@ STEADY = Refuting(math.tan(math.radians(10)), 0.05, 0.0)
 TURNING = Refuting(math.tan(math.radians(6)), 0.15, 0.3)
 
 
+Motion = Enum("Motion", ["STANDS", "DRIVES", "TURNS"])
+"""What a robot does from one snapshot to the next."""
+
+
 class Echo(NamedTuple):
-    """A remembered echo: the position of an obstacle, x and y [m] in the odom frame, and the time of the sight [s]."""
+    """A remembered echo: the position of an obstacle, x and y [m] in the odom frame, and how old it is [s].
+
+    While the robot stands, it ages more slowly: see REMEMBERED_STANDING.
+    """
 
     x: float
     y: float
-    time: float
+    age: float = 0.0
 
 
-def remember(echoes: Tuple[Echo, ...], snapshot: Snapshot, turning: bool) -> Tuple[Tuple[Echo, ...], List[Point]]:
+def remember(echoes: Tuple[Echo, ...], snapshot: Snapshot, motion: Motion,
+             passed: float) -> Tuple[Tuple[Echo, ...], List[Point]]:
     """Update the remembered echoes with the sonar ranges of a snapshot.
 
     Args:
         echoes: the echoes that were remembered before.
         snapshot: the new data.
-        turning: the robot turns, so ranges are less exact.
+        motion: what the robot has done since the snapshot before.
+        passed: the time since then [s].
 
     Returns:
         The echoes to remember now, and all known obstacle points (x, y) [m] in the robot's frame, old and new.
     """
     pose = snapshot.pose
     cosine, sine = math.cos(pose.heading), math.sin(pose.heading)
-    refuting = TURNING if turning else STEADY
+    refuting = TURNING if motion is Motion.TURNS else STEADY
     kept: Dict[Tuple[int, int], Echo] = {}
     around: List[Point] = []
     beams = [
         (each.x, each.y, *axis, snapshot.ranges[each.number])
         for each, axis in zip(snapshot.robot.transducers, snapshot.robot.axes)]
     far = [beam for beam in beams if 0.3 < beam[4] < SILENT]
+    aged = passed * (REMEMBERED / REMEMBERED_STANDING if motion is Motion.STANDS else 1.0)
     for echo in echoes:
+        echo = echo._replace(age=echo.age + aged)
         dx, dy = echo.x - pose.x, echo.y - pose.y
         x, y = cosine * dx + sine * dy, cosine * dy - sine * dx
-        if (snapshot.time - echo.time < REMEMBERED and x * x + y * y < FORGOTTEN_BEYOND ** 2
+        if (echo.age < REMEMBERED and x * x + y * y < FORGOTTEN_BEYOND ** 2
                 and not _refuted(x, y, far, refuting)):
             kept[round(echo.x / CELL), round(echo.y / CELL)] = echo
             around.append((x, y))
@@ -83,7 +96,7 @@ def remember(echoes: Tuple[Echo, ...], snapshot: Snapshot, turning: bool) -> Tup
         x, y = bx + distance * ahead, by + distance * aside
         around.append((x, y))
         if 0 < heard < NEAR:
-            echo = Echo(pose.x + cosine * x - sine * y, pose.y + sine * x + cosine * y, snapshot.time)
+            echo = Echo(pose.x + cosine * x - sine * y, pose.y + sine * x + cosine * y)
             kept[round(echo.x / CELL), round(echo.y / CELL)] = echo
     return tuple(kept.values()), around
 

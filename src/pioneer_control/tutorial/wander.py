@@ -26,7 +26,7 @@ from typing import List, NamedTuple, Optional, Tuple
 from ..floor_poses import Pose
 from ..robots import Transducer
 from .clearance import Point
-from .echoes import Echo, remember
+from .echoes import Echo, Motion, remember
 from .snapshot import Snapshot
 
 SPEED = 0.1  #: m/s, default speed, as in the tutorial
@@ -67,6 +67,7 @@ TOUCH_PASSED = 0.6  #: rad; it does not turn on when it is past that heading by 
 CIRCLE_MARGIN = 0.05  #: m, free space around the turning circle that a way needs when the robot must be able to turn
 STEADY = 0.15  #: rad/s; the robot counts as turning when it turns faster
 ROLLING = 0.03  #: m/s; the robot counts as rolling (not at rest yet) when it moves faster
+STANDING, STANDING_TURN = 0.01, 0.02  #: m/s, rad/s; the robot counts as standing when it is slower than both
 AT_HEADING = 0.1  #: rad; the robot has reached a heading when it differs by less than this
 
 
@@ -197,7 +198,7 @@ def wander(snapshot: Snapshot, memory: Memory) -> Tuple[Move, Memory]:
 
 def can_leave(snapshot: Snapshot) -> bool:
     """Return whether the sonars look behind the robot and show enough space to back away from an object put down."""
-    _, points = remember((), snapshot, turning=False)
+    _, points = remember((), snapshot, Motion.STANDS, 0.0)
     return snapshot.robot.sees_behind and _clear_behind(snapshot, points) > BACK_CLEAR + BACK_WAY
 
 
@@ -212,7 +213,10 @@ def _look(snapshot: Snapshot, memory: Memory) -> Tuple[View, Memory]:
     pose, before = snapshot.pose, memory.pose or snapshot.pose
     passed = max(snapshot.time - memory.time, 1e-3)
     turned = abs(_difference(pose.heading, before.heading))
-    echoes, points = remember(memory.echoes, snapshot, turned > STEADY * passed)
+    moved = _distance(pose, before)
+    stands = moved < STANDING * passed and turned < STANDING_TURN * passed
+    motion = Motion.STANDS if stands else Motion.TURNS if turned > STEADY * passed else Motion.DRIVES
+    echoes, points = remember(memory.echoes, snapshot, motion, passed)
     farthest = max(robot.front, key=lambda each: ranges[each.number] + TIE * (each.number in robot.middle))
     touches = tuple(each for each in memory.touches if _is_remembered(each, snapshot))
     ahead = outline.straight(points, (NARROW if memory.room is Room.TO_SQUEEZE else WIDE).side, FARTHEST)
@@ -220,7 +224,7 @@ def _look(snapshot: Snapshot, memory: Memory) -> Tuple[View, Memory]:
     view = View(
         snapshot, points, farthest, sees=ranges[farthest.number], middle=max(ranges[number] for number in robot.middle),
         ahead=ahead, circle=circle, way=min(ahead, circle) if memory.room is Room.TO_TURN_ROUND else ahead,
-        rolling=_distance(pose, before) > ROLLING * passed, touches=touches)
+        rolling=moved > ROLLING * passed, touches=touches)
     return view, replace(
         memory, pose=pose, time=snapshot.time, echoes=echoes, touches=touches, turned=memory.turned + turned)
 

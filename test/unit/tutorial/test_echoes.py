@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from pioneer_control.tutorial.echoes import FORGOTTEN_BEYOND, NEAR, NEAREST, REMEMBERED, Echo, remember
+from pioneer_control.tutorial.echoes import (
+    FORGOTTEN_BEYOND, NEAR, NEAREST, REMEMBERED, REMEMBERED_STANDING, Echo, Motion, remember)
 from robots_and_snapshots import shape, snapshot
 
 ROBOT = shape("p3dx-sh")
@@ -12,10 +13,16 @@ LEFT = next(each for each in ROBOT.transducers if each.number == 0)  # looks str
 ON_THE_LEFT = (LEFT.x, LEFT.y + 0.4)  # on the axis of that sonar
 
 
-def take(ranges, echoes=(), *, turning=False, **more):
+def take(ranges, echoes=(), *, motion=Motion.DRIVES, passed=0.1, **more):
     """Take a snapshot. Returns what is remembered, and what is then known around the robot."""
-    kept, around = remember(tuple(echoes), snapshot(ranges, ROBOT, **more), turning)
+    kept, around = remember(tuple(echoes), snapshot(ranges, ROBOT, **more), motion, passed)
     return kept, [(round(x, 3), round(y, 3)) for x, y in around]
+
+
+def _is_refuted(echo, heard, motion):
+    """Return whether a range of the left sonar deletes an echo. The others hear something near, which is kept."""
+    kept, _ = take({0: heard}, [echo], motion=motion, everything_else=0.2)
+    return all((each.x, each.y) != (echo.x, echo.y) for each in kept)
 
 
 def test_an_echo_lies_on_the_axis_of_its_cone():
@@ -47,7 +54,7 @@ def test_a_sonar_that_was_not_heard_is_an_obstacle_now_but_is_not_remembered():
 def test_what_is_heard_at_the_shortest_range_may_be_nearer_and_lies_at_the_outline(heard):
     small = shape("amigo-sh")
     left = next(each for each in small.transducers if each.number == 0)
-    kept, around = remember((), snapshot({0: heard}, small), False)
+    kept, around = remember((), snapshot({0: heard}, small), Motion.DRIVES, 0.1)
     assert (left.x, pytest.approx(small.outline.half_width)) in around
     assert [(echo.x, echo.y) for echo in kept] == [(left.x, pytest.approx(small.outline.half_width))]
 
@@ -59,40 +66,53 @@ def test_many_echoes_of_one_thing_are_one():
     assert len(kept) == 1
 
 
-@pytest.mark.parametrize("age, remembered", [(REMEMBERED - 0.1, True), (REMEMBERED + 0.1, False)])
-def test_it_fades_with_time(age, remembered):
-    beside_no_sonar = Echo(0.0, 0.3, 100.0 - age)
-    assert bool(take({}, [beside_no_sonar])[0]) is remembered
+@pytest.mark.parametrize("motion, after", [
+    (Motion.DRIVES, REMEMBERED), (Motion.TURNS, REMEMBERED), (Motion.STANDS, REMEMBERED_STANDING)])
+def test_it_fades_with_time_and_slowly_while_the_robot_stands(motion, after):
+    """Trapped at the end of a wall, a robot stood until it had forgotten the wall, and then drove into it."""
+    kept, passed = (Echo(0.0, 0.3),), after / 10.0      # beside no sonar
+    for _ in range(9):
+        kept, _ = take({}, kept, motion=motion, passed=passed)
+        assert len(kept) == 1
+    assert take({}, kept, motion=motion, passed=0.9 * passed)[0]
+    assert not take({}, kept, motion=motion, passed=1.1 * passed)[0]
+
+
+def test_a_new_echo_of_the_same_thing_is_young_again():
+    old, _ = take({0: 0.4}, passed=REMEMBERED / 2)
+    old, _ = take({}, old, passed=REMEMBERED / 2)
+    assert old[0].age == REMEMBERED / 2
+    assert [echo.age for echo in take({0: 0.4}, old, passed=REMEMBERED / 2)[0]] == [0.0]
 
 
 @pytest.mark.parametrize("distance, remembered", [(FORGOTTEN_BEYOND - 0.1, True), (FORGOTTEN_BEYOND + 0.1, False)])
 def test_it_fades_with_distance(distance, remembered):
     angle = math.radians(70)
-    echo = Echo(distance * math.cos(angle), distance * math.sin(angle), 100.0)
-    assert (echo in take({}, [echo], everything_else=0.2)[0]) is remembered
+    echo = Echo(distance * math.cos(angle), distance * math.sin(angle))
+    kept, _ = take({}, [echo], everything_else=0.2)
+    assert ((echo.x, echo.y) in [(each.x, each.y) for each in kept]) is remembered
 
 
 @pytest.mark.parametrize("heard, refuted", [
     (5.0, False), (4.8, True), (0.42, True), (0.40, False), (0.2, False)])
 def test_a_sonar_that_looks_there_and_hears_farther_refutes_it(heard, refuted):
     """5.0 m means that no echo came back. A slanting wall may have lost it."""
-    echo = Echo(LEFT.x, LEFT.y + 0.36, 99.0)
-    assert (echo not in take({0: heard}, [echo], everything_else=0.2)[0]) is refuted
+    echo = Echo(LEFT.x, LEFT.y + 0.36)
+    assert _is_refuted(echo, heard, Motion.DRIVES) is refuted
 
 
-@pytest.mark.parametrize("degrees, turning, refuted", [
-    (0, False, True), (9, False, True), (11, False, False), (-11, False, False), (5, True, True), (9, True, False)])
-def test_only_near_its_axis_and_nearer_still_while_the_robot_turns(degrees, turning, refuted):
+@pytest.mark.parametrize("degrees, motion, refuted", [
+    (0, Motion.DRIVES, True), (9, Motion.DRIVES, True), (11, Motion.DRIVES, False), (-11, Motion.DRIVES, False),
+    (5, Motion.TURNS, True), (9, Motion.TURNS, False), (9, Motion.STANDS, True)])
+def test_only_near_its_axis_and_nearer_still_while_the_robot_turns(degrees, motion, refuted):
     angle = LEFT.heading + math.radians(degrees)
-    echo = Echo(LEFT.x + 0.4 * math.cos(angle), LEFT.y + 0.4 * math.sin(angle), 99.0)
-    kept, _ = take({0: 3.0}, [echo], turning=turning, everything_else=0.2)
-    assert (echo not in kept) is refuted
+    echo = Echo(LEFT.x + 0.4 * math.cos(angle), LEFT.y + 0.4 * math.sin(angle))
+    assert _is_refuted(echo, 3.0, motion) is refuted
 
 
-@pytest.mark.parametrize("away, turning, refuted", [
-    (0.15, False, True), (0.15, True, False), (0.29, True, False), (0.31, True, True)])
-def test_while_the_robot_turns_a_longer_echo_does_not_refute_what_is_near(away, turning, refuted):
+@pytest.mark.parametrize("away, motion, refuted", [
+    (0.15, Motion.DRIVES, True), (0.15, Motion.TURNS, False), (0.29, Motion.TURNS, False), (0.31, Motion.TURNS, True)])
+def test_while_the_robot_turns_a_longer_echo_does_not_refute_what_is_near(away, motion, refuted):
     """The tip of a wedge of smooth walls, 15 to 18 cm away, returned few echoes, and the robot drove into it."""
-    echo = Echo(LEFT.x, LEFT.y + away, 99.0)
-    kept, _ = take({0: 3.0}, [echo], turning=turning, everything_else=0.2)
-    assert (echo not in kept) is refuted
+    echo = Echo(LEFT.x, LEFT.y + away)
+    assert _is_refuted(echo, 3.0, motion) is refuted

@@ -380,9 +380,9 @@ def test_whether_it_could_leave_is_known_before():
 BEHIND_ON_THE_LEFT = (-0.255, 0.255)
 
 
-@pytest.mark.parametrize("seen, turn", [(99.0, 1), (100 - REMEMBERED - 1, -1)])
-def test_it_remembers_for_a_while_what_it_does_not_see(seen, turn):
-    memory = Memory(going=Going.TURNING, side=-1, echoes=(Echo(*BEHIND_ON_THE_LEFT, seen),))
+@pytest.mark.parametrize("age, turn", [(1.0, 1), (REMEMBERED + 1.0, -1)])
+def test_it_remembers_for_a_while_what_it_does_not_see(age, turn):
+    memory = Memory(going=Going.TURNING, side=-1, time=99.9, echoes=(Echo(*BEHIND_ON_THE_LEFT, age),))
     command, _ = decide(NEAR_AHEAD, memory, NO_REAR, everything_else=1.5)
     assert command.angular == pytest.approx(turn * TURN_RATE)
 
