@@ -18,8 +18,6 @@ from .snapshot import Snapshot
 NEAREST = 0.10  #: m, the shortest range of a sonar; if a sonar gives no reading, we assume an obstacle at this range
 NEAR = 1.0  #: m, only echoes with a shorter range are remembered
 SILENT = 4.9  #: m, a longer range says that no echo came back: a slanting wall may have lost it, so it refutes nothing
-REMEMBERED = 12.0  #: s, the time after which an echo is forgotten while the robot moves
-REMEMBERED_STANDING = 300.0  #: s, the same while it stands: it looks at the same places, so it learns nothing new
 FORGOTTEN_BEYOND = 1.2  #: m, an echo that is farther from the robot is forgotten
 CELL = 0.08  #: m, the side of a grid cell; of all echoes in one cell only the newest is kept
 
@@ -48,11 +46,17 @@ TURNING = Refuting(math.tan(math.radians(6)), 0.15, 0.3)
 Motion = Enum("Motion", ["STANDS", "DRIVES", "TURNS"])
 """What a robot does from one snapshot to the next."""
 
+REMEMBERED = {Motion.DRIVES: 12.0, Motion.TURNS: 35.0, Motion.STANDS: 300.0}
+"""The time [s] after which an echo is forgotten while the robot does this.
+
+A slow turn all round takes 31 s. A robot that stands looks at the same places all the time, so it learns nothing new.
+"""
+
 
 class Echo(NamedTuple):
-    """A remembered echo: the position of an obstacle, x and y [m] in the odom frame, and how old it is [s].
+    """A remembered echo: the position of an obstacle, x and y [m] in the odom frame, and its age.
 
-    While the robot stands, it ages more slowly: see REMEMBERED_STANDING.
+    It ages at a rate that depends on the motion: at `age` 1 it is forgotten (see REMEMBERED).
     """
 
     x: float
@@ -82,12 +86,12 @@ def remember(echoes: Tuple[Echo, ...], snapshot: Snapshot, motion: Motion,
         (each.x, each.y, *axis, snapshot.ranges[each.number])
         for each, axis in zip(snapshot.robot.transducers, snapshot.robot.axes)]
     far = [beam for beam in beams if 0.3 < beam[4] < SILENT]
-    aged = passed * (REMEMBERED / REMEMBERED_STANDING if motion is Motion.STANDS else 1.0)
+    aged = passed / REMEMBERED[motion]
     for echo in echoes:
         echo = echo._replace(age=echo.age + aged)
         dx, dy = echo.x - pose.x, echo.y - pose.y
         x, y = cosine * dx + sine * dy, cosine * dy - sine * dx
-        if (echo.age < REMEMBERED and x * x + y * y < FORGOTTEN_BEYOND ** 2
+        if (echo.age < 1.0 and x * x + y * y < FORGOTTEN_BEYOND ** 2
                 and not _refuted(x, y, far, refuting)):
             kept[round(echo.x / CELL), round(echo.y / CELL)] = echo
             around.append((x, y))
