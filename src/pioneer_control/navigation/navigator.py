@@ -151,7 +151,7 @@ class Navigator:
         self._floor = DrivableFloor(grid_map, chassis.half_width, numbers.planning, through_unknown)
         self._edges = edge_cells(self._floor.clearance)
         self._obstacles = Obstacles(chassis, grid_map, self._floor.clearance, numbers.obstacles)
-        self._steering = Steering(chassis, numbers.steering)
+        self._steering = Steering(chassis, numbers.steering, turns_bare=not through_unknown)
         self._task: Optional[_Task] = None
         self._ended = Decision(STOP, State.IDLE, "no goal")
         self._last: Optional[Sensing] = None

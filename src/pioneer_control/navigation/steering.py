@@ -67,9 +67,11 @@ class SteeringChoice(NamedTuple):
 class Steering:
     """Chooses velocities for one robot."""
 
-    def __init__(self, chassis: Chassis, tuned: SteeringNumbers):
-        """Make the tables for `chassis`."""
-        self._chassis, self._tuned = chassis, tuned
+    def __init__(self, chassis: Chassis, tuned: SteeringNumbers, turns_bare: bool = True):
+        """Make the tables for `chassis`. `turns_bare`: where it has no other way, it may also turn on the spot with next
+        to no distance from what stands there. A robot that makes its map may not: the map is right to some centimetres.
+        """
+        self._chassis, self._tuned, self._turns_bare = chassis, tuned, turns_bare
         self.moves = Moves(chassis, tuned.margin)
         self._bare, self._wide = Moves(chassis, _BARE), Moves(chassis, tuned.margin_walking)
         narrower = 1.0 - tuned.retrace_narrower / chassis.half_width
@@ -95,7 +97,8 @@ class Steering:
         """
         allowed = self._allowed(velocity, around, live)
         if blocked > self._tuned.squeeze_after:
-            allowed |= self._allowed(velocity, around, live, (self._bare, self._wide))
+            bare = self._allowed(velocity, around, live, (self._bare, self._wide))
+            allowed |= bare & (self._turns_bare | (self._linear != 0.0))
             if not allowed[:-1].any():
                 allowed = self._retraced(velocity, around, live, trail)
         cost = self._costs(pose, velocity, plan)

@@ -115,6 +115,19 @@ def test_at_last_it_keeps_next_to_no_distance_and_is_slow():
     assert fast.blocked
 
 
+@pytest.mark.parametrize("turns_bare", [True, False])
+def test_while_it_makes_its_map_it_squeezes_through_but_turns_nowhere_without_the_usual_distance(turns_bare):
+    """Its own map is right to some centimetres. A corner of the body touched a wall in a turn 1 cm beside it."""
+    steering = Steering(chassis_of(), SteeringNumbers(), turns_bare)
+    alley = around([(x, side * 0.235) for side in (-1, 1) for x in np.arange(-1.0, 1.0, 0.02)])
+    assert 0.0 < choose((4.5, 2.0), what=alley, steering=steering, blocked=30.0).twist.linear <= 0.1
+    reach = chassis_of().reach + 0.02
+    ring = around([(reach * math.cos(angle), reach * math.sin(angle)) for angle in np.arange(0.0, 6.28, 0.05)])
+    turn = choose((0.5, 2.0), what=ring, live=(), steering=steering, blocked=5.0).twist.angular
+    assert (turn != 0.0) == turns_bare
+    assert choose((0.5, 2.0), what=ring, live=(), steering=steering, blocked=3.0).twist == STOP
+
+
 def jammed(*more):
     """Echoes that scatter by some centimetres all round the outline of a p3at-sh: no move is left."""
     sides = [(x, side * 0.24) for side in (-1, 1) for x in np.arange(-0.32, 0.33, 0.04)]
