@@ -18,7 +18,7 @@ import rospy
 import rostest
 import tf
 from actionlib_msgs.msg import GoalID, GoalStatus
-from geometry_msgs.msg import Point, PoseStamped, PoseWithCovarianceStamped, Quaternion, Twist
+from geometry_msgs.msg import Point, PoseStamped, PoseWithCovarianceStamped, Quaternion, Twist, Vector3
 from geometry_msgs.msg import Pose as PoseMessage
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
@@ -253,7 +253,7 @@ class NavigationTest(unittest.TestCase):
         before = self.truth()
         answer = self.services["go_to"]("kitchn")
         self.assertFalse(answer.success)
-        self.assertIn("'kitchen'", answer.message)
+        self.assertIn("did you mean 'kitchen'?", answer.message)
         self.assertEqual(self.truth(), before)
 
     def test_06_a_goal_in_the_frame_of_the_robot(self):
@@ -296,6 +296,23 @@ class NavigationTest(unittest.TestCase):
         self.services["teleop/release"]()
         self.drives()
 
+    def test_08b_its_goal_ends_when_another_program_drives_the_robot(self):
+        """A stop of another program ends nothing: a program that ends sends some."""
+        place = self.far_goal()
+        self.client.send_goal(goal_at(place.x, place.y))
+        self.drives()
+        program = rospy.Publisher("pioneer/cmd_vel", Twist, queue_size=1)
+        listeners = {"/pioneer/p2os", "/pioneer/navigation"}
+        wait_until("driver and navigation listen", lambda: listeners <= {
+            each[1] for each in program.impl.get_stats_info()})
+        program.publish(Twist())
+        self.drives()
+        self.assertTrue(self.witness.next("pioneer/navigation", 3).goal)
+        program.publish(Twist(linear=Vector3(x=0.05)))
+        self.assertEqual(self.result(), GoalStatus.PREEMPTED)
+        self.assertEqual(self.client.get_goal_status_text(), "%s drives the robot" % rospy.get_name())
+        self.stands()
+
     def test_09_it_stands_without_motors_sonar_or_news_and_goes_on(self):
         place = self.far_goal()
         self.client.send_goal(goal_at(place.x, place.y))
@@ -303,6 +320,11 @@ class NavigationTest(unittest.TestCase):
         self.services["set_motors"](False)
         self.stands()
         self.says("waiting", "motor")
+        places = self.witness.last("pioneer/places")
+        name = places.names[places.poses.index(place)]
+        self.assertEqual(self.services["go_to"](name).message,
+                         "on the way to %s as soon as its motors are on"
+                         " (rosservice call /pioneer/set_motors true)" % name)
         self.services["set_motors"](True)
         self.drives()
         self.services["simulator/add_fault"]("silence")

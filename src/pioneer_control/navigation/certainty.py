@@ -180,9 +180,9 @@ class Certainty:
         if self.doubts or not self.sure and self.explained < tuned.sure_explained * self._usual:
             return "what I hear does not fit the map here"
         if off > tuned.sure_position * (1.0 if self.sure else 0.7):
-            return "I may be %.1f m away from there" % off
+            return "I may be %.1f m off" % off
         if spread.heading > tuned.sure_heading * (1.0 if self.sure else 0.7):
-            return "I may look %.0f degrees elsewhere" % np.degrees(spread.heading)
+            return "my heading may be %.0f degrees off" % np.degrees(spread.heading)
         if not alone:
             return "other places look like this one"
         return JUST_FOUND if self._trusted_way < tuned.sure_way else ""

@@ -233,7 +233,7 @@ class Pilot:
                 self.cancel()
             return ""
         if not self.makes_map:
-            return "there is a map: exploring makes one, so start navigation without a map"
+            return "there is a map: exploring makes one, so start explore.launch, or navigation without a map"
         if self.step.where is None:
             return self.step.reason
         if self._explorer is not None:

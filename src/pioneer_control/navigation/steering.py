@@ -68,8 +68,13 @@ class Steering:
     """Chooses velocities for one robot."""
 
     def __init__(self, chassis: Chassis, tuned: SteeringNumbers, turns_bare: bool = True):
-        """Make the tables for `chassis`. `turns_bare`: where it has no other way, it may also turn on the spot with next
-        to no distance from what stands there. A robot that makes its map may not: the map is right to some centimetres.
+        """Make the tables.
+
+        Args:
+            chassis: the robot.
+            tuned: the tuned numbers.
+            turns_bare: where it has no other way, it may also turn on the spot with next to no distance from what
+                stands there. A robot that makes its map may not: its map is wrong by some centimetres.
         """
         self._chassis, self._tuned, self._turns_bare = chassis, tuned, turns_bare
         self.moves = Moves(chassis, tuned.margin)

@@ -26,7 +26,8 @@ LOOK_AGAIN = 0.1  #: s between two looks whether the robot has arrived
 STOP_PATIENCE = 0.5  #: s, longest wait at the end until navigation has heard that it is to stop
 UNDER_WAY = "driving", "waiting"
 """The states of navigation that has something to do."""
-ADVICE = "Does navigation run (roslaunch pioneer_control navigate.launch sim:=true), and in this namespace?"
+ADVICE = ("Does navigation run, and in this namespace? End pioneer.launch, then start it with the driver: roslaunch"
+          " pioneer_control navigate.launch sim:=true world:=tutorial")
 
 
 class Exploration:

@@ -35,7 +35,7 @@ def sure():
 
 
 @pytest.mark.parametrize("what, words", [
-    (spread(position=0.4), "0.4 m away"), (spread(heading=0.5), "29 degrees elsewhere")])
+    (spread(position=0.4), "I may be 0.4 m off"), (spread(heading=0.5), "my heading may be 29 degrees off")])
 def test_a_wide_cloud_is_not_sure(what, words):
     certainty = sure()
     certainty.judge(what)

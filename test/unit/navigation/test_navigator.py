@@ -412,7 +412,7 @@ def corridor():
 def somewhere_along(run, back=0.8, ahead=0.8):
     """Return where a robot is that knows all but how far along a corridor it is."""
     x, y, heading = run.pose
-    return Spot(run.pose, False, "I may be 0.4 m away from there", [
+    return Spot(run.pose, False, "I may be 0.4 m off", [
         Pose(x + off, y, heading) for off in np.linspace(-back, ahead, 9)])
 
 

@@ -30,7 +30,7 @@ from ...errors import PioneerError, RefusedError, UsageError
 from ...floor_poses import Pose, compose
 from ...maps import FloorMap, GridMap
 from ...msg import Accelerations, RobotInfo
-from ...ros_node import bag_player, init_node
+from ...ros_node import bag_player, init_node, is_player
 from ...srv import GoTo, GoToResponse, SaveMap, SaveMapResponse, SavePlace
 from ..chassis import Chassis
 from .map_files import load_floor_map
@@ -138,6 +138,7 @@ class NavigationNode:
                 ("request_nomotion_update", Empty, lambda request: EmptyResponse())):   # each packet is told anyway
             rospy.Service(name, kind, self._locked(serve))
         rospy.Subscriber("initialpose", PoseWithCovarianceStamped, self._hear_start, queue_size=1)
+        rospy.Subscriber("cmd_vel", Twist, self._hear_velocity, queue_size=1)
         self._hearing.start()
         self._goals.start()
         rospy.Subscriber("robot_info", RobotInfo, self._hear_robot, queue_size=1)
@@ -239,6 +240,22 @@ class NavigationNode:
         self._pilot.cancel()
         self._stand()
 
+    def _hear_velocity(self, message: Twist) -> None:
+        """End the goal when another program drives the robot: two that drive it at once would fight.
+
+        A stop ends nothing, and a bag that is played does not drive.
+        """
+        driver = (getattr(message, "_connection_header", None) or {}).get("callerid", "")
+        if message == Twist() or driver == rospy.get_name() or (
+                is_player(driver) and not self._parameters.accept_replay):
+            return
+        with self._lock:
+            if self._pilot.goal is not None or self._pilot.explores:
+                why = "%s drives the robot" % (driver or "another program")
+                rospy.logwarn("%s ends: %s", "exploring" if self._pilot.explores else "the goal", why)
+                self._pilot.cancel()
+                self._goals.dropped(why)
+
     def _hear_start(self, message: PoseWithCovarianceStamped) -> None:
         try:
             why_not = self._refuses(message)     # without the lock: it may take a moment
@@ -287,7 +304,12 @@ class NavigationNode:
             rospy.logwarn("a goal is refused: %s", error)
             return GoToResponse(False, str(error))
         self._goals.dropped("another goal has taken its place")
-        return GoToResponse(True, "on the way to %s" % request.place)
+        return GoToResponse(True, "on the way to %s%s" % (request.place, self._when_motors_are_on()))
+
+    def _when_motors_are_on(self) -> str:
+        """Return what an answer adds while the motors are off: the robot waits, and then drives off at once."""
+        return "" if self._hearing.readiness.motors else " as soon as its motors are on (rosservice call %s true)" % (
+            rospy.resolve_name("set_motors"))
 
     def _static_map(self, request: Any) -> GetMapResponse:
         return GetMapResponse(self._telling.map_message)
@@ -306,10 +328,11 @@ class NavigationNode:
 
     def _save_map(self, request: Any) -> SaveMapResponse:
         try:
-            done = write_map(self._pilot.grid, self._keeper.places, request.file, request.file in self._written)
+            file = os.path.abspath(request.file)    # who asks may work in another directory
+            done = write_map(self._pilot.grid, self._keeper.places, file, file in self._written)
         except PioneerError as error:
             return SaveMapResponse(False, str(error))
-        self._written.add(request.file)
+        self._written.add(file)
         rospy.loginfo("the map is %s", done)
         return SaveMapResponse(True, done)
 
@@ -324,7 +347,7 @@ class NavigationNode:
             return SetBoolResponse(False, why_not)
         if request.data:
             self._goals.dropped("the robot explores")
-            return SetBoolResponse(True, "exploring")
+            return SetBoolResponse(True, "exploring" + self._when_motors_are_on())
         if explored:
             self._stand()
         return SetBoolResponse(True, "exploring has ended" if explored else "the robot does not explore")

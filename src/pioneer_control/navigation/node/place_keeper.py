@@ -1,5 +1,6 @@
 """The named places of the map: publishes them, and keeps those that somebody names in a file beside the map."""
 
+from math import degrees
 from typing import Any, Callable, Dict, Optional
 
 import rospy
@@ -9,8 +10,9 @@ from ...floor_poses import Pose
 from ...maps import FloorMap
 from ...maps.goals_file import goals_file, write_goals
 from ...msg import Places
+from ...parameters import nearest
 from ...srv import SavePlaceResponse
-from .messages import header_of, pose2d
+from .messages import check_on_map, header_of, pose2d
 
 
 class PlaceKeeper:
@@ -25,7 +27,7 @@ class PlaceKeeper:
 
     def __init__(self, floor: Optional[FloorMap], map_file: str, frame: str, here: Callable[[], Pose]):
         self.places: Dict[str, Pose] = dict(floor.goals) if floor else {}
-        self._name, self._frame, self._here = floor.name if floor else "", frame, here
+        self._floor, self._frame, self._here = floor, frame, here
         self._file = goals_file(map_file) if map_file.endswith((".yaml", ".yml", ".map")) else None
         self._topic = rospy.Publisher("places", Places, queue_size=1, latch=True)
         self._tell()
@@ -33,15 +35,17 @@ class PlaceKeeper:
     def place(self, name: str) -> Pose:
         """Return the place of a name. Raises UsageError with the names that there are."""
         if name not in self.places:
-            raise UsageError("no place is named %r; known: %s" % (name, self._known()))
+            near = nearest(name, self.places)
+            raise UsageError("no place is named %r; %sknown: %s" % (
+                name, "did you mean %r? " % near if near else "", self._known()))
         return self.places[name]
 
     def _known(self) -> str:
         return ", ".join(map(repr, self.places)) or "none; the service save_place names one"
 
     def _tell(self) -> None:
-        self._topic.publish(Places(header_of(self._frame, rospy.Time.now()), self._name, list(self.places),
-                                   [pose2d(pose) for pose in self.places.values()]))
+        self._topic.publish(Places(header_of(self._frame, rospy.Time.now()), self._floor.name if self._floor else "",
+                                   list(self.places), [pose2d(pose) for pose in self.places.values()]))
 
     def serve(self, request: Any) -> SavePlaceResponse:
         """Save or forget a place (SavePlace). One request at a time: each must have the change of the one before."""
@@ -53,9 +57,10 @@ class PlaceKeeper:
             self._tell()
         except PioneerError as error:
             return SavePlaceResponse(False, str(error))
-        done = "is forgotten" if request.forget else "is saved"
-        return SavePlaceResponse(True, "%s %s" % (request.name, done + (
-            " in %s" % self._file if self._file else "; without a file beside a map, until navigation ends")))
+        done = "%s is forgotten" % request.name if request.forget else "%s is saved at x %.2f, y %.2f, %.0f degrees" % (
+            request.name, *places[request.name][:2], degrees(places[request.name].heading))
+        return SavePlaceResponse(True, done + (
+            ", in %s" % self._file if self._file else " until navigation ends: no file of a map is there to keep it"))
 
     def _changed(self, request: Any) -> Dict[str, Pose]:
         """Return the places with what a request changes."""
@@ -71,5 +76,7 @@ class PlaceKeeper:
             pose = Pose(request.pose.x, request.pose.y, request.pose.theta)
             if not all(abs(number) < 1e6 for number in pose):
                 raise UsageError("a place at %s: its numbers must be finite, and below a million" % (tuple(pose),))
+            if self._floor is not None:
+                check_on_map(pose, self._floor.grid, "the place")
             places[request.name] = pose
         return places

@@ -108,5 +108,5 @@ class TfWatch:
                 several.append("%s: %s" % (frame, " and ".join(names)))
         if not several:
             return ""
-        return "several nodes tell tf where a frame is (%s): end all but one, or give each robot its frame_prefix" % (
-            "; ".join(several))
+        return ("several nodes tell tf where a frame is (%s): end all but one, or give each robot its frame_prefix;"
+                " a simulator keeps the truth to itself with pioneer.launch hides_truth:=true" % "; ".join(several))
