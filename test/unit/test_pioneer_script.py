@@ -338,14 +338,14 @@ def test_a_taken_port_is_left_to_whom_has_it(clone):
         # connections of a roscore that has ended linger on the port
         other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
-            other.bind(("localhost", 11311))
+            other.bind(("localhost", 31311))
             other.listen(1)
         except OSError:
             pass  # a roscore of this machine has it: as good
-        status, output = clone.run("run", USERS_AT="")
+        status, output = clone.run("run", USERS_AT="", USER_ID="0")
     assert status == 0
     (uri,) = re.findall(r"export ROS_MASTER_URI=(\S+)", output)
-    assert uri != "http://localhost:11311"
+    assert uri != "http://localhost:31311"
     assert clone.calls[-1].endswith(uri)
 
 
@@ -390,6 +390,11 @@ def test_each_user_has_a_master_of_his_own(clone, user, port):
     _, output = clone.run(*SHOW_MASTER, USER_ID=user)
     assert "ROS master: http://localhost:%d," % port in output
     assert "at http://localhost:%d as \n" % port in output
+
+
+@pytest.mark.parametrize("user, port", [("0", 31311), ("1000", 32311)])
+def test_a_run_leaves_the_master_of_the_shell_alone(clone, user, port):
+    """A robot of the shell ended the run's robot, for it had its name at the same master."""
     clone.run("run", USER_ID=user)
     assert clone.calls[-1].endswith("http://localhost:%d" % port)
 
