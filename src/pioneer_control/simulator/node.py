@@ -61,6 +61,8 @@ from .world.poses import compose
 
 PERIOD = 0.1
 """Real time (s) between two publications of the state of the world."""
+CLOSING = 1.0
+"""Longest time (s) that the simulator serves on at its end, until its clients have closed their sessions."""
 CLOCK_PERIODS = 0.001, 0.01
 """Shortest and longest real time (s) between two messages on /clock."""
 CLOCK_STEP = 0.02
@@ -242,7 +244,20 @@ class Node:
                 self._publish(self._now())
         for sentence in self._shoves.finish():
             rospy.loginfo("%s", sentence)
+        self._let_clients_close()
         return 0
+
+    def _let_clients_close(self) -> None:
+        """Serve on for a moment, while a session is open: roslaunch ends all nodes at once, and the driver would take
+        the loss of its line for an accident before it hears that it is to end.
+        """
+        end = time.monotonic() + CLOSING
+        while self._has_sessions() and time.monotonic() < end:
+            time.sleep(PERIOD / 2.0)
+
+    def _has_sessions(self) -> bool:
+        with self._server.lock:
+            return any(robot.open_session is not None for robot in self._simulation.robots)
 
     def _now(self) -> rospy.Time:
         """Return the time for stamps: ROS time, or the simulated time if this node publishes /clock."""
