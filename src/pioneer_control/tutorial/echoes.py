@@ -46,7 +46,7 @@ TURNING = Refuting(math.tan(math.radians(6)), 0.15, 0.3)
 Motion = Enum("Motion", ["STANDS", "DRIVES", "TURNS"])
 """What a robot does from one snapshot to the next."""
 
-REMEMBERED = {Motion.DRIVES: 12.0, Motion.TURNS: 35.0, Motion.STANDS: 300.0}
+REMEMBERED = {Motion.DRIVES: 12.0, Motion.TURNS: 35.0, Motion.STANDS: 60.0}
 """The time [s] after which an echo is forgotten while the robot does this.
 
 A slow turn all round takes 31 s. A robot that stands looks at the same places all the time, so it learns nothing new.
