@@ -27,6 +27,7 @@ from .values import STOP, Point, Sensing, Twist
 
 Array = Any     # of numpy
 _NEAR = 1.8     # m: farther faces of walls cannot end a move
+_GAP_AHEAD = 1.0    # m: what does not let the robot through is not farther ahead on its way
 _TRAIL, _TRAIL_STEP = 40, 0.015     # poses; m, rad
 _STANDS = 0.05      # m/s: a slower robot stands, and may look around
 _LOOKS_ASIDE = 0.5      # rad: so far it looks around to both sides of its way
@@ -130,6 +131,7 @@ class _Task:
         self.blocked_since: Optional[float] = None      # s; None: it is not blocked
         self.blocked_at: Optional[Pose] = None          # pose (map frame) then
         self.aside = Aside(numbers)
+        self.closed: List[Point] = []           # m, map frame: where it did not get through
 
 
 class Navigator:
@@ -468,7 +470,7 @@ class Navigator:
             task.plan = task.plan or task.map_plan        # after a change of the map it goes on by the old one
             return
         unmapped = self._unmapped(pose)
-        plan = self._floor.past(task.map_plan, unmapped, pose[:2])
+        plan = self._floor.past(task.map_plan, np.vstack((unmapped, *task.closed)), pose[:2])
         task.planned_at = now
         task.obstacle_on_way = _stands_on(unmapped, task.map_plan.points_from(pose[:2]),
                                           self._chassis.half_width + self._numbers.planning.keep)
@@ -494,6 +496,7 @@ class Navigator:
             return self._steering.finish(pose, self._velocity, around, live, goal, turn_only=True)
         if task.aside.is_due(task.progress_at, now) and task.planned_at < now:     # one plan a packet
             task.aside.begin(self._floor, pose, self._unmapped(pose), now)
+            task.closed.append(self._tightest(task.way))
         aside = task.aside.plan(pose, task.progress_at, now)
         if aside is None and distance < numbers.final and self._floor.straight(pose[:2], goal[:2]):
             choice = self._steering.finish(pose, self._velocity, around, live, goal, turn_only=False)
@@ -509,6 +512,11 @@ class Navigator:
                       now - task.progress_at - self._numbers.navigator.slow)
         trail = _seen_from(self._last.odometry, self._trail) if blocked > 0.0 else NOWHERE
         return self._steering.choose(pose, self._velocity, around, live, plan, blocked, task.last_twist, trail)
+
+    def _tightest(self, way: List[Point]) -> Point:
+        """Return the place (m, map frame) with least room on the next part of a way."""
+        ahead = [point for point in way if math.dist(point, way[0]) < _GAP_AHEAD]
+        return min(ahead, key=lambda point: self._floor.room(*point))
 
     def _reckoned(self) -> Optional[Pose]:
         """Return where the robot should be by the wheels since it was sure; None if it never was."""

@@ -7,7 +7,7 @@ import pytest
 from floor_for_tests import chassis_of, room, sensing_at
 
 from pioneer_control.floor_poses import Pose, wrapped
-from pioneer_control.maps.grid_map import OCCUPIED, GridMap
+from pioneer_control.maps.grid_map import FREE, OCCUPIED, GridMap
 from pioneer_control.navigation.navigator import NavigationNumbers, Navigator, Readiness, State, kind_of
 from pioneer_control.navigation.planning import DrivableFloor, RoutePlan
 from pioneer_control.navigation.suspected_walls import SuspectedWalls
@@ -575,3 +575,29 @@ def test_after_a_jump_of_time_it_does_not_know_where_it_drove(monkeypatch):
     run.time -= 50.0
     run.step()
     assert forgotten == [True]
+
+
+def two_doors():
+    """Return a room with a wall across at x 3.0 m. It has a door in the way, at y 2.0 m, and one farther away."""
+    walls = room()
+    cells = walls.cells.copy()
+    cells[:, 60] = OCCUPIED
+    cells[28:52, 60] = cells[58:76, 60] = FREE
+    return GridMap(cells, walls.resolution, walls.origin)
+
+
+def test_where_it_did_not_get_through_it_tries_another_way():
+    """A gap was wide enough on the map, and the robot tried it until it gave up, though another way led round."""
+    run = Run(two_doors(), start=Pose(2.0, 2.0, 0.0))
+    run.navigator = Navigator(run.walls, run.chassis, NavigationNumbers())
+
+    def door():
+        return min(run.navigator.plan, key=lambda point: abs(point[0] - 3.0))[1]
+
+    run.driving((4.5, 2.0, None))
+    assert door() == pytest.approx(2.0, abs=0.2)
+    there = run.pose
+    for _ in range(400):       # something holds it: no sonar hears what
+        run.step()
+        run.pose, run.velocity = there, STOP
+    assert door() > 2.8
