@@ -496,7 +496,7 @@ class Navigator:
             return self._steering.finish(pose, self._velocity, around, live, goal, turn_only=True)
         if task.aside.is_due(task.progress_at, now) and task.planned_at < now:     # one plan a packet
             task.aside.begin(self._floor, pose, self._unmapped(pose), now)
-            task.closed.append(self._tightest(task.way))
+            task.closed.append(_tightest(self._floor, task.way))
         aside = task.aside.plan(pose, task.progress_at, now)
         if aside is None and distance < numbers.final and self._floor.straight(pose[:2], goal[:2]):
             choice = self._steering.finish(pose, self._velocity, around, live, goal, turn_only=False)
@@ -512,11 +512,6 @@ class Navigator:
                       now - task.progress_at - self._numbers.navigator.slow)
         trail = _seen_from(self._last.odometry, self._trail) if blocked > 0.0 else NOWHERE
         return self._steering.choose(pose, self._velocity, around, live, plan, blocked, task.last_twist, trail)
-
-    def _tightest(self, way: List[Point]) -> Point:
-        """Return the place (m, map frame) with least room on the next part of a way."""
-        ahead = [point for point in way if math.dist(point, way[0]) < _GAP_AHEAD]
-        return min(ahead, key=lambda point: self._floor.room(*point))
 
     def _reckoned(self) -> Optional[Pose]:
         """Return where the robot should be by the wheels since it was sure; None if it never was."""
@@ -574,6 +569,12 @@ def _stands_on(places: Array, way: List[Point], near: float) -> bool:
     points = points[np.append(0.0, np.cumsum(steps)) < 2.0]
     apart = np.hypot(*(places[:, np.newaxis] - points).transpose(2, 0, 1))
     return bool(apart.min() < near)
+
+
+def _tightest(floor: DrivableFloor, way: List[Point]) -> Point:
+    """Return the place (m, map frame) with least room on the next part of a way."""
+    ahead = [point for point in way if math.dist(point, way[0]) < _GAP_AHEAD]
+    return min(ahead, key=lambda point: floor.room(*point))
 
 
 def _doing(task: _Task, reason: str) -> str:
