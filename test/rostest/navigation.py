@@ -298,17 +298,22 @@ class NavigationTest(unittest.TestCase):
 
     def test_08b_its_goal_ends_when_another_program_drives_the_robot(self):
         """A stop of another program ends nothing: a program that ends sends some."""
-        place = self.far_goal()
-        self.client.send_goal(goal_at(place.x, place.y))
-        self.drives()
         program = rospy.Publisher("pioneer/cmd_vel", Twist, queue_size=1)
         listeners = {"/pioneer/p2os", "/pioneer/navigation"}
         wait_until("driver and navigation listen", lambda: listeners <= {
             each[1] for each in program.impl.get_stats_info()})
-        program.publish(Twist())
+        place = self.far_goal()
+        self.client.send_goal(goal_at(place.x, place.y))
         self.drives()
+        program.publish(Twist())
         self.assertTrue(self.witness.next("pioneer/navigation", 3).goal)
-        program.publish(Twist(linear=Vector3(x=0.05)))
+
+        def ended():
+            program.publish(Twist(linear=Vector3(x=0.05)))
+            return self.client.simple_state == actionlib.SimpleGoalState.DONE
+
+        wait_until("the goal ends", ended)
+        program.publish(Twist())
         self.assertEqual(self.result(), GoalStatus.PREEMPTED)
         self.assertEqual(self.client.get_goal_status_text(), "%s drives the robot" % rospy.get_name())
         self.stands()

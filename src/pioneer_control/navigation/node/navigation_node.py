@@ -58,6 +58,8 @@ NICENESS = 10
 """How much later its turn comes (nice) on a busy computer than that of the driver, which has to stop the robot."""
 POWER_ON = {"acceleration": 0.3, "braking": 0.3, "turn_acceleration": 1.7}
 """Accelerations that a robot has at power-on (m/s^2, rad/s^2), for a driver that lends none."""
+LAST_WORDS = 0.5
+"""Time (s) for which velocities of a program that drove until now may still come, when it sends a goal."""
 OLD_GOAL = 5.0
 """Time (s) after which a goal in a frame that moves is too old."""
 
@@ -87,7 +89,7 @@ class NavigationNode:
             self._pilot.start_at(parameters.initial_pose)
         elif parameters.start == "home" and floor and floor.starts:
             self._pilot.start_at(floor.starts[0])
-        self._drives, self._borrow_at = False, 0.0
+        self._drives, self._borrow_at, self._sent_at = False, 0.0, -LAST_WORDS
         self._written: Set[str] = set()     # files of maps
         self._goals = GoalServer(self._accept_goal, self._cancel, self._refuses)
         self._lock = self._goals.lock
@@ -227,6 +229,7 @@ class NavigationNode:
             if self._pilot.step.goal is None:
                 self._telling.has_said(State.FAILED, why_not)      # the caller logs it
             raise RefusedError(why_not)
+        self._sent_at = monotonic()
         self._goals.on_the_way(PoseStamped(header_of(self._frame, rospy.Time.now()), pose_message(goal)))
         rospy.loginfo("goal: %s%.2f, %.2f", name and name + ", at ", goal.x, goal.y)
 
@@ -246,7 +249,7 @@ class NavigationNode:
         A stop ends nothing, and a bag that is played does not drive.
         """
         driver = (getattr(message, "_connection_header", None) or {}).get("callerid", "")
-        if message == Twist() or driver == rospy.get_name() or (
+        if message == Twist() or driver == rospy.get_name() or monotonic() - self._sent_at < LAST_WORDS or (
                 is_player(driver) and not self._parameters.accept_replay):
             return
         with self._lock:
@@ -346,6 +349,7 @@ class NavigationNode:
         if why_not:
             return SetBoolResponse(False, why_not)
         if request.data:
+            self._sent_at = monotonic()
             self._goals.dropped("the robot explores")
             return SetBoolResponse(True, "exploring" + self._when_motors_are_on())
         if explored:
