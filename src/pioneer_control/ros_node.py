@@ -214,6 +214,11 @@ def is_offered(service: str, timeout: float) -> Optional[bool]:
     return None
 
 
+def sender_of(message: Any) -> str:
+    """Return the name of the node that sent a message. Empty if rospy did not receive it from one."""
+    return str((getattr(message, "_connection_header", None) or {}).get("callerid", ""))
+
+
 def is_player(node: str) -> bool:
     """Return whether a node has the default name of `rosbag play`: play_<time>, in any namespace."""
     return node.rpartition("/")[2].startswith("play_")
@@ -224,7 +229,7 @@ def bag_player(message: Any, timeout: float = 0.3) -> Optional[bool]:
 
     None when the master does not answer in ``timeout`` seconds.
     """
-    node = (getattr(message, "_connection_header", None) or {}).get("callerid", "")
+    node = sender_of(message)
     return is_player(node) or is_offered(node + "/pause_playback", timeout)
 
 

@@ -3,7 +3,7 @@
 from time import monotonic
 from typing import Any, Callable, Dict, Optional, Tuple
 
-from ..ros_node import is_offered, is_player
+from ..ros_node import is_offered, is_player, sender_of
 from .notices import Watch
 
 MASTER_TIMEOUT = 0.3
@@ -37,9 +37,8 @@ class Senders:
             topic: the name of its topic.
             stops: a function that returns whether a message just stops the robot.
         """
-        connection = getattr(message, "_connection_header", None)
-        node = (connection or {}).get("callerid", "")
-        replayed = self._plays_a_bag(topic, node, connection)
+        node = sender_of(message)
+        replayed = self._plays_a_bag(topic, node, getattr(message, "_connection_header", None))
         if replayed:
             return {"replay " + topic:
                     "%s refused: it is played back from a bag; set the parameter accept_replay to obey it" % topic}

@@ -30,7 +30,7 @@ from ...errors import PioneerError, RefusedError, UsageError
 from ...floor_poses import Pose, compose
 from ...maps import FloorMap, GridMap
 from ...msg import Accelerations, RobotInfo
-from ...ros_node import bag_player, init_node, is_player
+from ...ros_node import bag_player, init_node, is_player, sender_of
 from ...srv import GoTo, GoToResponse, SaveMap, SaveMapResponse, SavePlace
 from ..chassis import Chassis
 from .map_files import load_floor_map
@@ -248,7 +248,7 @@ class NavigationNode:
 
         A stop ends nothing, and a bag that is played does not drive.
         """
-        driver = (getattr(message, "_connection_header", None) or {}).get("callerid", "")
+        driver = sender_of(message)
         if message == Twist() or driver == rospy.get_name() or monotonic() - self._sent_at < LAST_WORDS or (
                 is_player(driver) and not self._parameters.accept_replay):
             return

@@ -18,6 +18,7 @@ from tf2_msgs.msg import TFMessage
 
 from ...errors import UsageError
 from ...floor_poses import Pose
+from ...ros_node import sender_of
 from .messages import pose_of_transform
 
 FORGOTTEN = 2.0
@@ -45,7 +46,7 @@ class TfWatch:
 
     def _hear(self, message: Any, is_static: bool) -> None:
         keep = self._buffer.set_transform_static if is_static else self._keep
-        who, until = message._connection_header["callerid"], inf if is_static else monotonic() + FORGOTTEN
+        who, until = sender_of(message), inf if is_static else monotonic() + FORGOTTEN
         for transform in message.transforms:
             keep(transform, who)
             publishers = self._said.get(transform.child_frame_id.lstrip("/"))
