@@ -27,7 +27,7 @@ from .values import STOP, Point, Sensing, Twist
 
 Array = Any     # of numpy
 _NEAR = 1.8     # m: farther faces of walls cannot end a move
-_GAP_AHEAD = 1.0    # m: what does not let the robot through is not farther ahead on its way
+_GAP_AHEAD = 10     # squares: what does not let the robot through is not farther ahead on its way
 _TRAIL, _TRAIL_STEP = 40, 0.015     # poses; m, rad
 _STANDS = 0.05      # m/s: a slower robot stands, and may look around
 _LOOKS_ASIDE = 0.5      # rad: so far it looks around to both sides of its way
@@ -572,9 +572,8 @@ def _stands_on(places: Array, way: List[Point], near: float) -> bool:
 
 
 def _tightest(floor: DrivableFloor, way: List[Point]) -> Point:
-    """Return the place (m, map frame) with least room on the next part of a way."""
-    ahead = [point for point in way if math.dist(point, way[0]) < _GAP_AHEAD]
-    return min(ahead, key=lambda point: floor.room(*point))
+    """Return the place (m, map frame) with least room on the next part of a way, which begins where the robot is."""
+    return min(way[1:1 + _GAP_AHEAD], key=lambda point: floor.room(*point))
 
 
 def _doing(task: _Task, reason: str) -> str:
