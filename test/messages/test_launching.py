@@ -39,6 +39,8 @@ def test_what_ends_badly_at_the_start_ends_the_launch():
     nodes = launched("pioneer.launch", "sim:=true").nodes
     assert {node.type: node.required for node in nodes} == {"p2os_simulator": True, "p2os_driver": True}
     assert not any(node.required for node in launched("pioneer.launch", "sim:=true", "required:=false").nodes)
+    assert all(node.required for node in launched("navigate.launch", "sim:=true").nodes)
+    assert all(node.required for node in launched("explore.launch", "driver:=false").nodes)
 
 
 def test_where_there_is_no_rviz_it_says_what_to_install(tmp_path):

@@ -49,7 +49,8 @@ Motion = Enum("Motion", ["STANDS", "DRIVES", "TURNS"])
 REMEMBERED = {Motion.DRIVES: 12.0, Motion.TURNS: 35.0, Motion.STANDS: 60.0}
 """The time [s] after which an echo is forgotten while the robot does this.
 
-A slow turn all round takes 31 s. A robot that stands looks at the same places all the time, so it learns nothing new.
+A slow turn all round takes 31 s. A robot that stands looks at the same places all the time, so it learns nothing new;
+but somebody may have carried it away from what it remembers.
 """
 
 

@@ -161,6 +161,8 @@ def test_the_service_keeps_an_older_map_but_not_its_own_of_before(tmp_path, monk
         answer = NavigationNode._save_map(node, SaveMapRequest(str(file)))
         assert answer.success
     assert answer.message == "saved in %s" % file
+    monkeypatch.chdir(tmp_path)         # who asks cannot see in which directory navigation works
+    assert NavigationNode._save_map(node, SaveMapRequest("lab.yaml")).message == answer.message
     older, newer = load_floor_map(str(tmp_path / "lab.1.yaml")), load_floor_map(str(file))
     assert (older.grid, older.goals) == (grid_of(20), DOOR) and (newer.grid, newer.goals) == (grid_of(40), {})
     assert not (tmp_path / "lab.2.yaml").exists()

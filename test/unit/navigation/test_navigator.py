@@ -8,6 +8,7 @@ from floor_for_tests import chassis_of, room, sensing_at
 
 from pioneer_control.floor_poses import Pose, wrapped
 from pioneer_control.maps.grid_map import FREE, OCCUPIED, GridMap
+from pioneer_control.navigation import navigator
 from pioneer_control.navigation.navigator import NavigationNumbers, Navigator, Readiness, State, kind_of
 from pioneer_control.navigation.planning import DrivableFloor, RoutePlan
 from pioneer_control.navigation.suspected_walls import SuspectedWalls
@@ -563,6 +564,15 @@ def test_only_while_it_makes_its_map_it_keeps_off_walls_that_are_suspected(makes
     assert run.navigator.go_to(4.5, 1.0, None, run.time) == ""
     twists = [run.step().twist for _ in range(8)]
     assert any(twist.linear > 0.3 and twist.angular == 0.0 for twist in twists) is not makes_map
+
+
+@pytest.mark.parametrize("makes_map", [True, False])
+def test_only_on_a_map_that_is_given_it_turns_with_next_to_no_distance(makes_map, monkeypatch):
+    """test_steering tests what that does."""
+    made = []
+    monkeypatch.setattr(navigator, "Steering", lambda *_, turns_bare: made.append(turns_bare))
+    Navigator(room(), chassis_of(), through_unknown=makes_map)
+    assert made == [not makes_map]
 
 
 def test_after_a_jump_of_time_it_does_not_know_where_it_drove(monkeypatch):

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from pioneer_control.floor_poses import Pose
-from pioneer_control.tutorial.echoes import Echo
+from pioneer_control.tutorial.echoes import REMEMBERED, Echo, Motion
 from pioneer_control.tutorial.wander import (
     AVOIDED, OPEN, SHORT, STALE, TIE, TOUCH_NEAR, TOUCH_REMEMBERED, TURN_RATE, Going, Memory, Room, Touch, Way,
     can_leave, wander)
@@ -385,6 +385,17 @@ def test_it_remembers_for_a_while_what_it_does_not_see(age, turn):
     memory = Memory(going=Going.TURNING, side=-1, time=99.9, echoes=(Echo(*BEHIND_ON_THE_LEFT, age),))
     command, _ = decide(NEAR_AHEAD, memory, NO_REAR, everything_else=1.5)
     assert command.angular == pytest.approx(turn * TURN_RATE)
+
+
+@pytest.mark.parametrize("before, motion", [
+    ((0.0, 0.0, 0.0), Motion.STANDS), ((0.0, 0.0, -1.0), Motion.TURNS), ((-0.2, 0.0, 0.0), Motion.DRIVES),
+    ((-0.008, 0.0, -0.018), Motion.STANDS), ((-0.012, 0.0, 0.0), Motion.DRIVES), ((0.0, 0.0, -0.022), Motion.DRIVES)])
+def test_for_how_long_depends_on_whether_it_stands_turns_or_drives(before, motion):
+    """The pose is that of a second ago."""
+    memory = Memory(going=Going.TURNING, time=99.0, pose=Pose(*before), echoes=(Echo(*BEHIND_ON_THE_LEFT),))
+    _, after = decide(NEAR_AHEAD, memory, NO_REAR, everything_else=1.5)
+    (age,) = [echo.age for echo in after.echoes if (echo.x, echo.y) == BEHIND_ON_THE_LEFT]
+    assert age == pytest.approx(1.0 / REMEMBERED[motion])
 
 
 def test_a_memory_is_not_changed_by_a_decision():
