@@ -7,7 +7,7 @@ import pytest
 
 from page_server import helm, until
 from test_page_recording import run
-from test_page_view import CONTRASTS
+from test_page_view import CONTRASTS, LAYOUT, SCREENS
 
 PLACES = [["kitchen", 5.0, 1.0, 1.57], ["my desk", 2.0, 3.0, 0.0]]
 STATE = {"robot": 1, "state": "idle", "reason": "no goal", "sure": True, "unsure": "", "pose": [1.4, 1.5, 0.0],
@@ -347,6 +347,21 @@ def test_it_can_be_read_and_reached(page, server, scheme, width, height, mobile)
     assert inside
     assert page.js("return [...document.querySelectorAll('#travel input, #travel select')].every(e => e.labels.length"
                    " || e.ariaLabel)")
+
+
+@pytest.mark.parametrize("screen", sorted(SCREENS))
+def test_its_buttons_lie_over_nothing_else(page, server, screen):
+    """A teacher's list of robots leaves little room for the map on a telephone that lies."""
+    page.resize(*SCREENS[screen])
+    page.open(range(1, 8), teacher=True)
+    say(server)
+    page.shows("go", "Go")
+    server.say("said", {"robot": 1, "level": "error", "text": "Bo drives it: only the teacher may take it"})
+    page.shows("said", "Bo")
+    assert page.js(LAYOUT) == []
+    page.click("go")
+    page.shows("aim", "Click where")
+    assert page.js(LAYOUT) == []
 
 
 def test_a_recording_in_one_file_shows_it_and_has_nothing_to_send_it(page, tmp_path):
