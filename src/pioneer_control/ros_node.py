@@ -5,6 +5,7 @@ A master may hang: it accepts connections, but never answers. The functions here
 
 import atexit
 import contextlib
+import errno
 import http.client
 import io
 import logging
@@ -54,6 +55,7 @@ def init_node(name: str) -> None:
     delays neither the end of the node nor a thread that logs something.
     """
     _send_each_line(sys.stdout, sys.stderr)
+    _forgive_a_server_that_begins_late()
     handled = [number for number in SIGNALS if number != signal.SIGHUP or signal.getsignal(number) == signal.SIG_DFL]
     # Each byte is the number of a signal, or 0 when the program has ended.
     asked, ask = os.pipe()
@@ -116,6 +118,22 @@ def _send_each_line(*streams: Any) -> None:
     for stream in streams:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(line_buffering=True)
+
+
+def _forgive_a_server_that_begins_late() -> None:
+    """Report no error when rospy's server finds its socket closed while the node ends.
+
+    Its thread may begin only after the shutdown that a signal started. Then it takes back the mark that tells it that
+    the socket is closed on purpose (seen with rospy 1.15.15).
+    """
+    report = threading.excepthook
+
+    def report_others(failure: Any) -> None:
+        closed = isinstance(failure.exc_value, OSError) and failure.exc_value.errno == errno.EBADF
+        if not (closed and rospy.core.is_shutdown_requested()):
+            report(failure)
+
+    threading.excepthook = report_others
 
 
 def _raise_listen_backlog() -> None:
