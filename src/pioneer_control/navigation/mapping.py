@@ -133,8 +133,9 @@ class Mapper:
         off = way[np.arange(len(number)) - number] - way[begin[number]]
         turned = self._graph.poses[number, 2] - way[begin[number], 2]
         cosine, sine = np.cos(turned), np.sin(turned)
-        return self._graph.poses[number] + np.stack((
+        poses = self._graph.poses[number] + np.stack((
             off[:, 0] * cosine - off[:, 1] * sine, off[:, 0] * sine + off[:, 1] * cosine, off[:, 2]), axis=1)
+        return np.delete(poses, np.cumsum(counts)[:-1] - 1, axis=0)    # one ends where the next one begins
 
     def grid_map(self) -> GridMap:
         """Return the map as it is now, with unknown cells round it and round the robot. Nothing changes by asking."""
