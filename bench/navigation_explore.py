@@ -80,7 +80,7 @@ def explored(options: argparse.Namespace, seed: int) -> Exploration:
     found = float(walls_found(drive, grid_map, laid(own, drive.poses)).mean())
     if options.picture:
         os.makedirs(options.picture, exist_ok=True)
-        run = MapRun("explored", seed, found, found, free_right(drive, grid_map), worst, 0.0, 0.0)
+        run = MapRun("explored", seed, found, found, free_right(drive, grid_map), worst, worst, 0.0, 0.0)
         draw(drive, [(run, grid_map, own)], os.path.join(options.picture, "explore-%d.png" % seed))
     way = sum(off(a, b) for a, b in zip(drive.poses, drive.poses[1:]))
     return Exploration(

@@ -98,11 +98,11 @@ def mapped(drive: Drive, poses: str) -> Tuple[MapRun, GridMap, List[Pose]]:
     mapper = Mapper(transducers(drive.case), corrects=poses == "own", pose=start)
     own, times = [], []
     for sensing, true in zip(drive.sensings, drive.poses):
-        begin = time.perf_counter()
+        begin = time.process_time()
         if poses == "true":
             sensing = sensing._replace(odometry=true)
         own.append(mapper.update(sensing))
-        times.append(1000.0 * (time.perf_counter() - begin))
+        times.append(1000.0 * (time.process_time() - begin))
     mapper.finish()
     the_map = mapper.grid_map()
     path = [Pose(*each) for each in mapper.path()]

@@ -2,8 +2,9 @@
 
 Each candidate is an arc or a turn on the spot at one speed. It is allowed if some transducer looks along it, and if the
 way until the robot's outline touches something is longer than reaction and brakes need; longer still towards an echo
-that is young, because somebody may come. Beside what may walk it is so slow that it stands before that can be there.
-Among the allowed ones, the cost to go from where each leads decides.
+that is young, because somebody may come. Near what may walk it is so slow that it stands before that can be there. The
+same holds near what is on no map and has stood still, but at the speed `passing` it may go by. Among the allowed ones,
+the cost to go from where each leads decides.
 """
 
 import math
@@ -251,8 +252,8 @@ class Steering:
         allowed = ((standing[self._number] > needed) & (walking[self._number] > needed + np.where(turn, 0.0, coming))
                    & (coming < np.where(self._linear > 0.0, around.apart, min(around.apart, around.lost)))
                    & self.moves.covered(live)[self._number])
-        if around.beside < tuned.passes_by:      # who stands there may begin to walk
-            allowed &= np.abs(self._linear) <= tuned.passing
+        # Who has stood still may begin to walk.
+        allowed &= (np.abs(self._linear) <= tuned.passing) | (coming < around.beside)
         if slow:
             allowed &= (np.abs(self._linear) <= _SLOW[0]) & (np.abs(self._angular) <= _SLOW[1])
         allowed[-1] = True

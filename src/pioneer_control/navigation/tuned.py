@@ -182,8 +182,8 @@ class SteeringNumbers:
     reaction: float = parameter(0.45, Number(0, 2), "time from an obstacle to its echo, and to the brakes", "s")
     spare: float = parameter(0.04, Number(0, 0.5), "way that is left after braking", "m")
     walking: float = parameter(0.5, Number(0, 2), "speed at which a young echo may come nearer", "m/s")
-    passing: float = parameter(0.2, Number(0.05, 2), "greatest speed beside what is on no map", "m/s")
-    passes_by: float = parameter(0.2, Number(0, 2), "distance from the outline that is beside it", "m")
+    passing: float = parameter(
+        0.2, Number(0.05, 2), "speed at which it may go by what is on no map and has stood still", "m/s")
     backward: float = parameter(0.15, Number(0, 1), "greatest speed backward", "m/s")
     horizon: float = parameter(1.5, Number(0.2, 5), "how far ahead in time a move is judged", "s")
     delay: float = parameter(0.15, Number(0, 1), "time until a command has an effect", "s")
