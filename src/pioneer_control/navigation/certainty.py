@@ -122,7 +122,7 @@ class Certainty:
             self._usual = max(LEAST_USUAL, min(self._usual, self.explained / self._tuned.sure_explained))
             self._missed = 0.0
 
-    def hear(self, beams: Beams, explained: Array, way: float) -> None:
+    def hear(self, beams: Beams, explained: Array, way: float, new_way: float) -> None:
         """Take what readings say about the pose.
 
         While the robot stands, the same readings come again and again: each sensor counts only some times, until the
@@ -132,6 +132,7 @@ class Certainty:
             beams: the readings.
             explained: for each reading, see `RangeModel.explained`.
             way: way (m) since the last readings; 0: the robot stands.
+            new_way: how much of it (m) told something new: it makes a place trusted.
         """
         tuned = self._tuned
         for sensor, measured, said in zip(beams.sensor.tolist(), beams.measured.tolist(), explained.tolist()):
@@ -146,7 +147,7 @@ class Certainty:
         self._blind_way = 0.0 if (explained > 0.0).any() else self._blind_way + way
         if self.explained >= self._tuned.sure_explained * self._usual and (
                 self.sure or self._trusted_way < self._tuned.sure_way):     # while it is not sure, no more than that
-            self._trusted_way += way
+            self._trusted_way += new_way
 
     def _counts(self, sensor: int, measured: int, moved: bool) -> bool:
         """Return whether a reading counts, in which a sensor measured a range with this number."""

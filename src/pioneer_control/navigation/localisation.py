@@ -5,6 +5,7 @@ explain the last readings better: so the robot finds out where it begins, and th
 is not sure, it says why.
 """
 
+import math
 from typing import Any, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from ..maps import FREE, GridMap
 from ..robots import Transducer
 from .certainty import NOT_TOLD, Certainty
 from .expected_ranges import LASER_BEAM, SONAR_BEAM, standing_room
+from .looks import Looks
 from .measurement import Beams, RangeModel
 from .pose_cloud import PoseCloud, Spread
 from .pose_search import Found, PoseSearch, same_place
@@ -59,10 +61,28 @@ class Where(NamedTuple):
 
 
 class Sense:
-    """A sensor in use: how poses explain it, what share of its log-likelihoods counts, and the way (m) since then."""
+    """A sensor in use.
 
-    def __init__(self, model: RangeModel, weight: float):
-        self.model, self.weight, self.way = model, weight, 0.0
+    Args:
+        model: how poses explain it.
+        weight: what share of its log-likelihoods counts.
+        tuned: numbers of localisation.
+
+    Attributes:
+        way: the way (m) since its last readings. Turns count as some way, too.
+        new_way: the same, but turns count only where the robot looks anew from its place.
+    """
+
+    def __init__(self, model: RangeModel, weight: float, tuned: LocalisationNumbers):
+        self.model, self.weight, self._turn_as_way = model, weight, tuned.turn_as_way
+        self.looks = Looks(tuned.looks_anew)
+        self.way = self.new_way = 0.0
+
+    def move(self, step: Pose, odometry: Pose) -> None:
+        """The robot has made a step (m, rad; robot's frame before it), and is at `odometry` by the wheels."""
+        straight = math.hypot(step.x, step.y)
+        self.way += straight + self._turn_as_way * abs(step.heading)
+        self.new_way += straight + self._turn_as_way * self.looks.new_part(odometry, step.heading)
 
 
 class Localisation:
@@ -87,9 +107,9 @@ class Localisation:
                  tuned: LocalisationNumbers = LocalisationNumbers(), seed: int = 0, laser: bool = False):
         self._map, self._tuned = grid_map, tuned
         luck = np.random.default_rng(seed)
-        self._sonar = Sense(RangeModel(grid_map, SONAR_BEAM, SONAR_NUMBERS, tuned.map_bias), tuned.weight)
+        self._sonar = Sense(RangeModel(grid_map, SONAR_BEAM, SONAR_NUMBERS, tuned.map_bias), tuned.weight, tuned)
         self._laser = Sense(
-            RangeModel(grid_map, LASER_BEAM, LASER_NUMBERS, tuned.map_bias), LASER_WEIGHT) if laser else None
+            RangeModel(grid_map, LASER_BEAM, LASER_NUMBERS, tuned.map_bias), LASER_WEIGHT, tuned) if laser else None
         self._main = self._laser or self._sonar     # the sense that searches and judges
         places = standing_room(grid_map, tuned.clearance)
         self._search = PoseSearch(self._main.model, places, len(places) * grid_map.resolution ** 2, tuned, luck)
@@ -113,8 +133,7 @@ class Localisation:
 
     def known_start(self, pose: Pose, position: float = 0.5, heading: float = 0.26) -> None:
         """Say where the robot is now, and how exactly: standard deviations in m and rad."""
-        self._recent.forget()
-        self._search.give_up()
+        self._hear_anew()
         self._known, self._packets = True, PACKETS_WEIGHED
         self._cloud.put(np.array([pose], dtype=float), np.zeros(1), position, heading, self._tuned.particles_searching)
         self._certainty.place(trusted=True)
@@ -122,12 +141,19 @@ class Localisation:
 
     def unknown_start(self) -> None:
         """Say that the robot may be anywhere."""
-        self._recent.forget()
-        self._search.give_up()
+        self._hear_anew()
         self._known, self._packets = False, PACKETS_WEIGHED
         self._certainty.lose(NOT_TOLD)
         count = self._tuned.particles_searching
         self._cloud.put(self._search.random_poses(count), np.zeros(count), 0.0, 0.0, count)
+
+    def _hear_anew(self) -> None:
+        """What was heard up to now tells nothing about where the robot is."""
+        self._recent.forget()
+        self._search.give_up()
+        for sense in (self._sonar, self._laser):
+            if sense is not None:
+                sense.looks.forget()
 
     def update(self, sensing: Sensing) -> Where:
         """Take what the robot senses in one packet. Return where it is at the time of the packet.
@@ -164,18 +190,16 @@ class Localisation:
         self._odometry = odometry
         unseen = self.unseen.after(time, step)
         if abs(step.x) + abs(step.y) > LONGEST_STEP:
-            self._recent.forget()
-            self._search.give_up()
+            self._hear_anew()
             return
         step = self._wheels.corrected(step)
         self._cloud.move(step)
         self._pose = compose(self._pose, step)
         if unseen is not None and self._certainty.sure:
             self._spread_along(unseen)
-        way = float(np.hypot(step.x, step.y)) + self._tuned.turn_as_way * abs(step.heading)
         for sense in (self._sonar, self._laser):
             if sense is not None:
-                sense.way += way
+                sense.move(step, self._wheels.odometry)
 
     def _spread_along(self, unseen: Pose) -> None:
         """Spread the cloud: the robot may be anywhere on a motion (m, rad) that nobody saw."""
@@ -183,21 +207,26 @@ class Localisation:
         self.known_start(middle, abs(unseen.x) / 2.0 + SHORTEST_UNSEEN, abs(unseen.heading) / 2.0 + SHORTEST_UNSEEN)
 
     def _take(self, sense: Sense, beams: Beams, time: float) -> Where:
-        """Weigh the cloud by readings, the less the shorter the way since the last ones: standing tells nothing new."""
-        tuned, way = self._tuned, sense.way
+        """Weigh the cloud by readings, the less the shorter the way since the last ones: standing tells nothing new.
+
+        Turning to and fro on the spot tells nothing new to who is not sure, either. Who is sure corrects the turns of
+        the wheels by it.
+        """
+        tuned, way, new_way, sure = self._tuned, sense.way, sense.new_way, self._certainty.sure
         moved = way >= SHORTEST_WAY and len(beams.x) > 0
         if moved:
             logs, explained = sense.model.both(self._cloud.poses, self._pose, beams)
             logs[self._map.at(*self._cloud.poses[:, :2].T) != FREE] -= OFF_THE_FLOOR
-            share = sense.weight * min(1.0, way / tuned.full_way)
-            sure = self._certainty.sure
-            self._cloud.weigh(logs * share, tuned.particles if sure else tuned.particles_searching, roughen=not sure)
-            sense.way = 0.0
+            share = sense.weight * min(1.0, (way if sure else new_way) / tuned.full_way)
+            if share > 0.0:
+                self._cloud.weigh(logs * share, tuned.particles if sure else tuned.particles_searching,
+                                  roughen=not sure)
+            sense.way = sense.new_way = 0.0
         elif len(beams.x):
             explained = sense.model.explained(self._pose, beams)
         if sense is self._main:
             if len(beams.x):
-                self._certainty.hear(beams, explained, way if moved else 0.0)
+                self._certainty.hear(beams, explained, *((way, new_way) if moved else (0.0, 0.0)))
             if moved:
                 self._recent.add(self._wheels.odometry, beams)
             self._look_everywhere(time)

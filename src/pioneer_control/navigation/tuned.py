@@ -60,6 +60,7 @@ class LocalisationNumbers:
         0.04, Number(0.001, 1.0), "after such a way since the last readings they count fully; after a shorter one less",
         "m")
     turn_as_way: float = parameter(0.3, Number(0.0, 5.0), "a turn of 1 rad counts as such a way", "m")
+    looks_anew: float = parameter(0.15, Number(0.0, 2.0), "so far from its place a turn tells something new again", "m")
 
     remembered: int = parameter(800, Whole(50, 5000), "readings that a search compares poses with")
     least_readings: int = parameter(60, Whole(1, 5000), "readings in motion that a search needs, half of them echoes")

@@ -22,7 +22,7 @@ def hear(certainty, explained, way=0.04, count=5, first=0):
     """Let it hear some readings, each with another range and explained as told."""
     zeros = np.zeros(count)
     measured = np.arange(first, first + count * 20, 20)
-    certainty.hear(Beams(zeros, zeros, zeros, measured, np.arange(count)), np.full(count, explained), way)
+    certainty.hear(Beams(zeros, zeros, zeros, measured, np.arange(count)), np.full(count, explained), way, way)
 
 
 def sure():

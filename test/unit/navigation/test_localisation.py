@@ -8,6 +8,7 @@ from small_worlds import ROOM, TRANSDUCERS, SensingRobot, map_of, off, rectangle
 
 from pioneer_control.errors import UsageError
 from pioneer_control.floor_poses import Pose
+from pioneer_control.navigation.certainty import Certainty
 from pioneer_control.navigation.localisation import Localisation
 from pioneer_control.navigation.values import Twist
 from pioneer_control.simulator.world import World
@@ -133,6 +134,28 @@ def test_standing_adds_no_certainty():
         where = localisation.update(robot.step(0.0, 0.0))
     assert np.array_equal(localisation.particles, before)
     assert np.array_equal(where.covariance, first.covariance) and where.sure == first.sure
+
+
+def to_and_fro(robot, localisation):
+    """Let a robot look to both sides, and return where it is then."""
+    for turn in [0.04] * 20 + [-0.04] * 40 + [0.04] * 20:
+        where = localisation.update(robot.step(0.0, turn))
+    return where
+
+
+def test_turning_to_and_fro_adds_no_certainty_to_who_is_not_sure(monkeypatch):
+    """Once it has looked both ways, it hears the same again and again (seed 3775: two places that looked alike)."""
+    monkeypatch.setattr(Certainty, "sure", False)
+    robot, localisation = SensingRobot(ROOM, START), Localisation(MAP, TRANSDUCERS)
+    localisation.known_start(START)
+    first, *_, last = (to_and_fro(robot, localisation) for _ in range(6))
+    assert np.linalg.det(last.covariance) > np.linalg.det(first.covariance)
+
+
+def test_who_is_sure_stays_so_while_it_turns_on_the_spot():
+    robot, localisation = localised()
+    assert all(localisation.update(robot.step(0.0, 0.08)).sure for _ in range(1500)), "for 19 turns"
+    assert off(localisation.where, robot)[0] < 0.05 and off(localisation.where, robot)[1] < 0.05
 
 
 def test_a_robot_that_is_lost_and_stands_searches_no_further():
