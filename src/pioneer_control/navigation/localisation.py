@@ -209,8 +209,8 @@ class Localisation:
     def _take(self, sense: Sense, beams: Beams, time: float) -> Where:
         """Weigh the cloud by readings, the less the shorter the way since the last ones: standing tells nothing new.
 
-        Turning to and fro on the spot tells nothing new to who is not sure, either. Who is sure corrects the turns of
-        the wheels by it.
+        While the robot is not sure, a turn counts only where it has not looked yet from its place. While it is sure,
+        each turn counts: readings correct what the wheels measured.
         """
         tuned, way, new_way, sure = self._tuned, sense.way, sense.new_way, self._certainty.sure
         moved = way >= SHORTEST_WAY and len(beams.x) > 0

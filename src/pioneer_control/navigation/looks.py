@@ -1,6 +1,6 @@
 """Where a robot has looked from one place: `Looks`.
 
-Who turns to and fro on the spot hears the same again and again. That tells nothing new, as standing does not.
+A robot that turns to and fro on the spot hears the same again and again. That tells as little as standing does.
 """
 
 import math

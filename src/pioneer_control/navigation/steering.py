@@ -252,7 +252,7 @@ class Steering:
         allowed = ((standing[self._number] > needed) & (walking[self._number] > needed + np.where(turn, 0.0, coming))
                    & (coming < np.where(self._linear > 0.0, around.apart, min(around.apart, around.lost)))
                    & self.moves.covered(live)[self._number])
-        # Who has stood still may begin to walk.
+        # What has stood still may be somebody, who begins to walk.
         allowed &= (np.abs(self._linear) <= tuned.passing) | (coming < around.beside)
         if slow:
             allowed &= (np.abs(self._linear) <= _SLOW[0]) & (np.abs(self._angular) <= _SLOW[1])

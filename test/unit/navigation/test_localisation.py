@@ -143,7 +143,7 @@ def to_and_fro(robot, localisation):
     return where
 
 
-def test_turning_to_and_fro_adds_no_certainty_to_who_is_not_sure(monkeypatch):
+def test_while_it_is_not_sure_turning_to_and_fro_adds_no_certainty(monkeypatch):
     """Once it has looked both ways, it hears the same again and again (seed 3775: two places that looked alike)."""
     monkeypatch.setattr(Certainty, "sure", False)
     robot, localisation = SensingRobot(ROOM, START), Localisation(MAP, TRANSDUCERS)
@@ -152,7 +152,7 @@ def test_turning_to_and_fro_adds_no_certainty_to_who_is_not_sure(monkeypatch):
     assert np.linalg.det(last.covariance) > np.linalg.det(first.covariance)
 
 
-def test_who_is_sure_stays_so_while_it_turns_on_the_spot():
+def test_a_robot_that_is_sure_stays_so_while_it_turns_on_the_spot():
     robot, localisation = localised()
     assert all(localisation.update(robot.step(0.0, 0.08)).sure for _ in range(1500)), "for 19 turns"
     assert off(localisation.where, robot)[0] < 0.05 and off(localisation.where, robot)[1] < 0.05
