@@ -75,7 +75,7 @@ class Sense:
 
     def __init__(self, model: RangeModel, weight: float, tuned: LocalisationNumbers):
         self.model, self.weight, self._turn_as_way = model, weight, tuned.turn_as_way
-        self.looks = Looks(tuned.looks_anew)
+        self.looks = Looks(tuned.looks_anew, tuned.turns_anew)
         self.way = self.new_way = 0.0
 
     def move(self, step: Pose, odometry: Pose) -> None:

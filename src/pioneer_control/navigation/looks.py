@@ -1,6 +1,7 @@
 """Where a robot has looked from one place: `Looks`.
 
-A robot that turns to and fro on the spot hears the same again and again. That tells as little as standing does.
+A robot that turns to and fro on the spot hears the same again and again. That tells as little as standing does. But its
+wheels measure turns badly: after some circles it has to look again, or it no longer knows where it looks.
 """
 
 import math
@@ -21,12 +22,13 @@ class Looks:
 
     Args:
         place: so far (m) from there it looks from another place.
+        most_turn: after so much turning (rad) all counts anew.
     """
 
-    def __init__(self, place: float) -> None:
-        self._place = place
+    def __init__(self, place: float, most_turn: float) -> None:
+        self._place, self._most_turn = place, most_turn
         self._from: Optional[Pose] = None
-        self._looked = np.zeros(_DIRECTIONS)
+        self._looked, self._turned = np.zeros(_DIRECTIONS), 0.0
 
     def forget(self) -> None:
         """All that it looks at counts anew."""
@@ -39,8 +41,10 @@ class Looks:
             pose: where the turn ended, by the wheels (m, rad).
             turn: the turn (rad, to either side); a small part of a circle.
         """
-        if self._from is None or math.hypot(pose.x - self._from.x, pose.y - self._from.y) > self._place:
-            self._from, self._looked = pose, np.zeros(_DIRECTIONS)
+        self._turned += abs(turn)
+        if (self._from is None or self._turned > self._most_turn
+                or math.hypot(pose.x - self._from.x, pose.y - self._from.y) > self._place):
+            self._from, self._looked, self._turned = pose, np.zeros(_DIRECTIONS), 0.0
         direction = int(pose.heading // _WIDE) % _DIRECTIONS
         part = min(abs(turn), _WIDE - float(self._looked[direction]))
         self._looked[direction] += part

@@ -3,8 +3,8 @@
 Each candidate is an arc or a turn on the spot at one speed. It is allowed if some transducer looks along it, and if the
 way until the robot's outline touches something is longer than reaction and brakes need; longer still towards an echo
 that is young, because somebody may come. Near what may walk it is so slow that it stands before that can be there. The
-same holds near what is on no map and has stood still, but at the speed `passing` it may go by. Among the allowed ones,
-the cost to go from where each leads decides.
+same holds near what is on no map and has stood still, for it may set off; but at the speed `passing` the robot may go
+by. Among the allowed ones, the cost to go from where each leads decides.
 """
 
 import math
@@ -253,7 +253,7 @@ class Steering:
                    & (coming < np.where(self._linear > 0.0, around.apart, min(around.apart, around.lost)))
                    & self.moves.covered(live)[self._number])
         # What has stood still may be somebody, who begins to walk.
-        allowed &= (np.abs(self._linear) <= tuned.passing) | (coming < around.beside)
+        allowed &= (np.abs(self._linear) <= tuned.passing) | (tuned.sets_off * coming < around.beside)
         if slow:
             allowed &= (np.abs(self._linear) <= _SLOW[0]) & (np.abs(self._angular) <= _SLOW[1])
         allowed[-1] = True

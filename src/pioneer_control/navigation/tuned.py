@@ -61,6 +61,7 @@ class LocalisationNumbers:
         "m")
     turn_as_way: float = parameter(0.3, Number(0.0, 5.0), "a turn of 1 rad counts as such a way", "m")
     looks_anew: float = parameter(0.15, Number(0.0, 2.0), "so far from its place a turn tells something new again", "m")
+    turns_anew: float = parameter(12.6, Number(0.0, 1e3), "after so much turning it does so, too", "rad")
 
     remembered: int = parameter(800, Whole(50, 5000), "readings that a search compares poses with")
     least_readings: int = parameter(60, Whole(1, 5000), "readings in motion that a search needs, half of them echoes")
@@ -185,6 +186,8 @@ class SteeringNumbers:
     walking: float = parameter(0.5, Number(0, 2), "speed at which a young echo may come nearer", "m/s")
     passing: float = parameter(
         0.2, Number(0.05, 2), "speed at which it may go by what is on no map and has stood still", "m/s")
+    sets_off: float = parameter(
+        0.75, Number(0, 2), "share of the way of who walks that somebody comes who has stood and sets off")
     backward: float = parameter(0.15, Number(0, 1), "greatest speed backward", "m/s")
     horizon: float = parameter(1.5, Number(0.2, 5), "how far ahead in time a move is judged", "s")
     delay: float = parameter(0.15, Number(0, 1), "time until a command has an effect", "s")

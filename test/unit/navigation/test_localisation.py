@@ -10,6 +10,7 @@ from pioneer_control.errors import UsageError
 from pioneer_control.floor_poses import Pose
 from pioneer_control.navigation.certainty import Certainty
 from pioneer_control.navigation.localisation import Localisation
+from pioneer_control.navigation.tuned import LocalisationNumbers
 from pioneer_control.navigation.values import Twist
 from pioneer_control.simulator.world import World
 
@@ -150,6 +151,15 @@ def test_while_it_is_not_sure_turning_to_and_fro_adds_no_certainty(monkeypatch):
     localisation.known_start(START)
     first, *_, last = (to_and_fro(robot, localisation) for _ in range(6))
     assert np.linalg.det(last.covariance) > np.linalg.det(first.covariance)
+
+
+def test_a_robot_that_is_not_sure_does_not_lose_its_heading_by_turning_on_the_spot(monkeypatch):
+    """Seed 3989: "my heading may be 27 degrees off", after two minutes of looking around."""
+    monkeypatch.setattr(Certainty, "sure", False)
+    robot, localisation = SensingRobot(ROOM, START), Localisation(MAP, TRANSDUCERS)
+    localisation.known_start(START)
+    results = [localisation.update(robot.step(0.0, 0.04)) for _ in range(1500)]
+    assert max(where.covariance[2, 2] for where in results[100:]) ** 0.5 < LocalisationNumbers().sure_heading
 
 
 def test_a_robot_that_is_sure_stays_so_while_it_turns_on_the_spot():
