@@ -53,9 +53,7 @@ def test_an_end_stops_the_robot_with_motors_off(tmp_path, number):
         print("ended after %.2f s" % (time.monotonic() - at))
         assert heard.stops(at)[0] - at < 1.0 and [each for each in heard.since(at) if each[1] == "CLOSE"]
         assert robot.firmware.session is FirmwareState.WAITING and not robot.firmware.motors_enabled
-        # On a busy machine the hand on the page may be late: then the deadman has stopped the robot, and said so.
-        said = [line for line in site.errors.splitlines() if "stopped: no velocity came" not in line]
-        assert not any(map(is_alive, children)) and said == []
+        assert not any(map(is_alive, children)) and site.errors == ""
 
 
 def test_a_killed_owner_leaves_no_child(tmp_path):
