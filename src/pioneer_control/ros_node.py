@@ -17,6 +17,7 @@ import signal
 import sys
 import threading
 import time
+import traceback
 import types
 import xmlrpc.client
 from typing import Any, Dict, Iterator, List, Optional
@@ -24,7 +25,7 @@ from typing import Any, Dict, Iterator, List, Optional
 import rosgraph
 import rospy
 from rospy.impl.rosout import RosOutHandler
-from rospy.impl.tcpros_base import init_tcpros_server
+from rospy.impl.tcpros_base import TCPServer, init_tcpros_server
 
 from . import interrupt  # noqa: F401  # Ctrl-C ends a program without a traceback
 
@@ -130,7 +131,8 @@ def _forgive_a_server_that_begins_late() -> None:
 
     def report_others(failure: Any) -> None:
         closed = isinstance(failure.exc_value, OSError) and failure.exc_value.errno == errno.EBADF
-        if not (closed and rospy.core.is_shutdown_requested()):
+        of_server = any(frame.f_code is TCPServer.run.__code__ for frame, _ in traceback.walk_tb(failure.exc_traceback))
+        if not (closed and of_server and rospy.core.is_shutdown_requested()):
             report(failure)
 
     threading.excepthook = report_others

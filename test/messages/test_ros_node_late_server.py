@@ -1,5 +1,6 @@
 """A node that a signal ends while it starts reports no error of rospy's server, whose thread may begin too late."""
 
+import socket
 import threading
 
 import pytest
@@ -48,3 +49,9 @@ def test_a_node_that_does_not_end_reports_it(monkeypatch):
 
 def test_other_errors_are_reported_at_the_end_too(monkeypatch, ending):
     assert reported(monkeypatch, lambda: int("no number")) == [ValueError]
+
+
+def test_a_closed_socket_of_another_thread_is_reported_at_the_end_too(monkeypatch, ending):
+    closed = socket.socket()
+    closed.close()
+    assert reported(monkeypatch, closed.accept) == [OSError]
