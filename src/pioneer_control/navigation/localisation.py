@@ -218,15 +218,16 @@ class Localisation:
             logs, explained = sense.model.both(self._cloud.poses, self._pose, beams)
             logs[self._map.at(*self._cloud.poses[:, :2].T) != FREE] -= OFF_THE_FLOOR
             share = sense.weight * min(1.0, (way if sure else new_way) / tuned.full_way)
-            if share > 0.0:
+            if share > 0.0:     # else only chance would choose among the poses
                 self._cloud.weigh(logs * share, tuned.particles if sure else tuned.particles_searching,
                                   roughen=not sure)
             sense.way = sense.new_way = 0.0
-        elif len(beams.x):
+        else:
+            way = new_way = 0.0
             explained = sense.model.explained(self._pose, beams)
         if sense is self._main:
             if len(beams.x):
-                self._certainty.hear(beams, explained, *((way, new_way) if moved else (0.0, 0.0)))
+                self._certainty.hear(beams, explained, way, new_way)
             if moved:
                 self._recent.add(self._wheels.odometry, beams)
             self._look_everywhere(time)

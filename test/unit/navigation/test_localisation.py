@@ -139,24 +139,23 @@ def test_standing_adds_no_certainty():
 
 
 def to_and_fro(robot, localisation):
-    """Let a robot look to both sides, and return where it is then."""
+    """Let a robot look to both sides."""
     for turn in [0.04] * 20 + [-0.04] * 40 + [0.04] * 20:
-        where = localisation.update(robot.step(0.0, turn))
-    return where
+        localisation.update(robot.step(0.0, turn))
 
 
 def test_while_it_is_not_sure_turning_to_and_fro_adds_no_certainty(monkeypatch):
     """Once it has looked both ways, it hears the same again and again (seed 3775: two places that looked alike)."""
     monkeypatch.setattr(Certainty, "sure", False)
-    weigh, shares = PoseCloud.weigh, []
-    monkeypatch.setattr(PoseCloud, "weigh", lambda *args, **more: shares.append(args) or weigh(*args, **more))
+    weigh, weighed = PoseCloud.weigh, []
+    monkeypatch.setattr(PoseCloud, "weigh", lambda *args, **more: weighed.append(args) or weigh(*args, **more))
     robot, localisation = SensingRobot(ROOM, START), Localisation(MAP, TRANSDUCERS)
     localisation.known_start(START)
     to_and_fro(robot, localisation)
-    first = len(shares)
+    first = len(weighed)
     to_and_fro(robot, localisation)
     to_and_fro(robot, localisation)
-    assert first > 10 and len(shares) < 1.5 * first, "at the rims of the turn some are new"
+    assert first > 10 and len(weighed) < 1.5 * first, "at the rims of the turn some are new"
 
 
 def test_a_robot_that_is_not_sure_does_not_lose_its_heading_by_turning_on_the_spot(monkeypatch):
