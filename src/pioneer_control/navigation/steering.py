@@ -253,7 +253,7 @@ class Steering:
                    & (coming < np.where(self._linear > 0.0, around.apart, min(around.apart, around.lost)))
                    & self.moves.covered(live)[self._number])
         # What has stood still may be somebody, who begins to walk.
-        allowed &= (np.abs(self._linear) <= tuned.passing) | (tuned.sets_off * coming < around.beside)
+        allowed &= (np.abs(self._linear) <= tuned.passing) | (coming < around.beside)
         if slow:
             allowed &= (np.abs(self._linear) <= _SLOW[0]) & (np.abs(self._angular) <= _SLOW[1])
         allowed[-1] = True

@@ -186,8 +186,6 @@ class SteeringNumbers:
     walking: float = parameter(0.5, Number(0, 2), "speed at which a young echo may come nearer", "m/s")
     passing: float = parameter(
         0.2, Number(0.05, 2), "speed at which it may go by what is on no map and has stood still", "m/s")
-    sets_off: float = parameter(
-        0.75, Number(0, 2), "what has stood and sets off comes this share of the way of what walks already")
     backward: float = parameter(0.15, Number(0, 1), "greatest speed backward", "m/s")
     horizon: float = parameter(1.5, Number(0.2, 5), "how far ahead in time a move is judged", "s")
     delay: float = parameter(0.15, Number(0, 1), "time until a command has an effect", "s")

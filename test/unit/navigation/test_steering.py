@@ -71,7 +71,7 @@ def test_beside_what_may_walk_it_stands_before_that_can_be_there(apart, moves):
 
 
 @pytest.mark.parametrize("beside, slowest, fastest", [
-    (0.1, 0.1, 0.2), (0.3, 0.2, 0.25), (0.34, 0.3, 0.35), (0.45, 0.4, 0.4)])
+    (0.1, 0.1, 0.2), (0.4, 0.2, 0.25), (0.45, 0.3, 0.35), (0.6, 0.4, 0.4)])
 def test_it_passes_slowly_by_what_is_on_no_map_though_it_stood_still(beside, slowest, fastest):
     """It has stood still, but may begin to walk: then the robot stands before it is there."""
     around_it = around()._replace(beside=beside)
