@@ -15,7 +15,7 @@ from typing import List, NamedTuple
 import numpy as np
 from navigation_cases import case, seeds_of, with_gripper
 from navigation_drive import chassis_of, set_accelerations
-from navigation_map import Drive, MapRun, calibrated, draw, free_right, laid, walls_found
+from navigation_map import Drive, MapRun, calibrated, draw, farthest_off, free_right, laid, walls_found
 from simulated_robot import SimulatedRobot
 
 from pioneer_control.floor_poses import Pose
@@ -76,7 +76,7 @@ def explored(options: argparse.Namespace, seed: int) -> Exploration:
                     step.time, *own[-1][:2], off(own[-1], drive.poses[-1]), goal.x, goal.y, step.reason))
     pilot.finish()
     grid_map, end = pilot.grid, drive.poses[-1]
-    worst = max(off(a, b) for a, b in zip(own, drive.poses))
+    worst = farthest_off(own, drive.poses)
     found = float(walls_found(drive, grid_map, laid(own, drive.poses)).mean())
     if options.picture:
         os.makedirs(options.picture, exist_ok=True)
