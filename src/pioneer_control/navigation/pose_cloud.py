@@ -13,7 +13,8 @@ Array = Any     # of numpy
 
 MAIN_POSITION, MAIN_HEADING = 0.5, 0.5
 """Poses that differ less (m, rad) from the middle of the likeliest place are of this place."""
-
+PLACES = 24
+"""So many poses of the cloud are asked how likely their places are."""
 ON_THE_SPOT = 0.003
 """A robot turns on the spot that moves by less (m) in a packet."""
 WIDE = 5.0
@@ -115,18 +116,29 @@ class PoseCloud:
         weights = np.exp(self._logs)
         weights /= weights.sum()
         middle = self.poses[weights.argmax()]
-        off = self.poses - middle
-        off[:, 2] = wrapped_angles(off[:, 2])
-        # from the likeliest pose to the middle of the poses about it
-        inside = np.abs(off) < (MAIN_POSITION, MAIN_POSITION, MAIN_HEADING)
-        near = weights * (inside[:, 0] & inside[:, 1] & inside[:, 2])
-        shift = near @ off / near.sum()
+        off, near = self._about(middle, weights)
+        if near.sum() < 0.5:    # the likeliest pose need not be of the likeliest place
+            middle = self._likeliest(weights)
+            off, near = self._about(middle, weights)
+        shift = near @ off / near.sum()     # from there to the middle of the poses about it
         mean = weights @ off
         covariance = (off * weights[:, None]).T @ off - mean[:, None] * shift + shift[:, None] * (shift - mean)
         x, y, heading = (middle + shift).tolist()
         spread = Spread(Pose(x, y, math.remainder(heading, 2.0 * math.pi)), covariance)
         self._wide = spread.position > WIDE * self._tuned.roughening
         return spread
+
+    def _about(self, middle: Array, weights: Array) -> Tuple[Array, Array]:
+        """Return how far each pose is from a pose, and the weights of those that are of its place; 0 of the others."""
+        off = self.poses - middle
+        off[:, 2] = wrapped_angles(off[:, 2])
+        inside = np.abs(off) < (MAIN_POSITION, MAIN_POSITION, MAIN_HEADING)
+        return off, weights * (inside[:, 0] & inside[:, 1] & inside[:, 2])
+
+    def _likeliest(self, weights: Array) -> Array:
+        """Return a pose of the likeliest place: of some poses, the one that has most of the weight about it."""
+        some = self.poses[::max(1, len(self.poses) // PLACES)]
+        return max(some, key=lambda pose: float(self._about(pose, weights)[1].sum()))
 
 
 def _chosen(weights: Array, count: int, luck: Any) -> Array:
