@@ -2,14 +2,20 @@
 
 An end of the map is where floor that it can reach meets unknown floor on which it would have room. Unknown cells beside
 a wall are no end: no robot fits there.
+
+A corner that is heard from afar is drawn as an arc, as wide as the cone of the sonar; it may close a corridor. So when
+no end is left, the robot doubts the walls that it was never near to, and looks at each of them once from near. From
+there sound goes through an arc where nothing is, and the end of the map behind it opens.
 """
 
 import math
+from dataclasses import replace
 from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 from scipy.ndimage import binary_dilation, distance_transform_edt, label, uniform_filter
 from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import cKDTree
 
 from ..floor_poses import Pose, wrapped
 from ..maps import FREE, OCCUPIED, UNKNOWN, GridMap
@@ -37,6 +43,7 @@ class NextGoal(NamedTuple):
         with_heading: whether its heading counts.
         end: the end of the map (m) that the robot is to see from there; None if it goes for another reason.
         length: of the way there (m).
+        doubts: whether `end` is no end, but a wall that the robot doubts.
     """
 
     pose: Optional[Pose]
@@ -44,6 +51,19 @@ class NextGoal(NamedTuple):
     with_heading: bool = False
     end: Optional[Point] = None
     length: float = 0.0
+    doubts: bool = False
+
+
+class Doubt(NamedTuple):
+    """Which walls are doubted: all that the robot was never near to, but for those that it went to look at.
+
+    Attributes:
+        path: x, y (m, map frame) where it has been, array (n, 2).
+        looked: x, y (m) of the walls that it went to look at, whether it came there or not.
+    """
+
+    path: Array
+    looked: Sequence[Point]
 
 
 class _Attempt:
@@ -71,18 +91,27 @@ class Explorer:
         self._narrow = radius if narrow is None else narrow
         self._given_up: List[Point] = []
         self._tried: List[Point] = []
+        self._looked: List[Point] = []
         self._looks = 0
         self._tries_again = True
         self._attempt: Optional[_Attempt] = None
         self.homeward = False
         """Whether the present goal is home."""
 
-    def next(self, grid_map: GridMap, pose: Pose, time: float) -> NextGoal:
-        """Return where to go now (map frame; s). Ask again when it is there, when it failed, or when it `is_over`."""
-        goal = self._next(grid_map, pose)
+    def next(self, grid_map: GridMap, pose: Pose, time: float, path: Optional[Array] = None) -> NextGoal:
+        """Return where to go now. Ask again when it is there, when it failed, or when it `is_over`.
+
+        Args:
+            grid_map: the map.
+            pose: where the robot is (map frame).
+            time: the time (s).
+            path: x, y (m, map frame) where it has been, array (n, 2); None: no wall is doubted.
+        """
+        doubts = path is not None and len(self._looked) < self._numbers.most_doubts
+        goal = self._next(grid_map, pose, Doubt(path, self._looked) if doubts else None)
         self._attempt = _Attempt(goal, pose, time)
         if goal.end is not None:
-            self._tried.append(goal.end)
+            (self._looked if goal.doubts else self._tried).append(goal.end)
         return goal
 
     def is_over(self, pose: Pose, time: float, grid_map: Optional[GridMap] = None) -> bool:
@@ -107,7 +136,8 @@ class Explorer:
     def refused(self) -> None:
         """The present goal is one that the robot cannot go to."""
         if self._attempt is not None and self._attempt.goal.end is not None:
-            self._given_up.append(self._attempt.goal.end)
+            if not self._attempt.goal.doubts:
+                self._given_up.append(self._attempt.goal.end)
             self._attempt = None
 
     def held_up(self, time: float) -> None:
@@ -115,24 +145,25 @@ class Explorer:
         if self._attempt is not None:
             self._attempt.began = self._attempt.moved_at = time
 
-    def _next(self, grid_map: GridMap, pose: Pose) -> NextGoal:
+    def _next(self, grid_map: GridMap, pose: Pose, doubt: Optional[Doubt]) -> NextGoal:
         if self._looks < _LOOKS:
             self._looks += 1
             turned = wrapped(pose.heading + 2.0 * math.pi / _LOOKS)
             return NextGoal(Pose(pose.x, pose.y, turned), "to look round", True)
         before = self._attempt.goal if self._attempt is not None else None
-        if before is not None and before.end is not None and not self._is_known(grid_map, before.end):
+        if (before is not None and before.end is not None and not before.doubts
+                and not self._is_known(grid_map, before.end)):
             x, y = before.end
             if not before.with_heading and math.hypot(x - pose.x, y - pose.y) < self._numbers.sees:
                 looks = math.atan2(y - pose.y, x - pose.x)
                 return NextGoal(Pose(pose.x, pose.y, looks), "to look at the end of the map", True, before.end)
             self._given_up.append(before.end)
-        goal = next_goal(grid_map, pose, self._radius, self._left_alone(), self._numbers)
+        goal = next_goal(grid_map, pose, self._radius, self._left_alone(), self._numbers, doubt)
         if goal.pose is None and self._tries_again:
             # The map is better now, and it comes from elsewhere: what was given up gets one more chance. The walls of
             # the map may make a doorway narrower than it is.
             self._tries_again, self._given_up, self._tried, self._radius = False, [], [], self._narrow
-            goal = next_goal(grid_map, pose, self._radius, (), self._numbers)
+            goal = next_goal(grid_map, pose, self._radius, (), self._numbers, doubt)
         self.homeward = goal.pose is None
         return NextGoal(self._home, goal.reason + ": home", True) if self.homeward else goal
 
@@ -178,20 +209,21 @@ class _ExploredFloor(NamedTuple):
     """What a robot that explores knows of the floor.
 
     `grid` has unknown cells round it. `to_wall` is the distance (m) of its cells from walls; `open_unknown` and
-    `reached` say which cells have room for the robot and are unknown, or can be reached; `way` is the length (m) of
-    the way to the latter.
+    `reached` say which cells have room for the robot and are unknown, or can be reached; `edge` says which of the
+    unknown ones lie beside those; `way` is the length (m) of the way to those that can be reached.
     """
 
     grid: GridMap
     to_wall: Array
     open_unknown: Array
+    edge: Array
     reached: Array
     way: Array
 
 
 def next_goal(grid_map: GridMap, pose: Pose, radius: float, given_up: Sequence[Point] = (),
-              numbers: ExploringNumbers = ExploringNumbers()) -> NextGoal:
-    """Choose the end of the map that is worth its way most.
+              numbers: ExploringNumbers = ExploringNumbers(), doubt: Optional[Doubt] = None) -> NextGoal:
+    """Choose the end of the map that is worth its way most; when there is none, a wall that is doubted.
 
     Args:
         grid_map: the map as it is now.
@@ -199,6 +231,7 @@ def next_goal(grid_map: GridMap, pose: Pose, radius: float, given_up: Sequence[P
         radius: distance (m) from walls that its middle needs.
         given_up: x, y (m) of ends of the map that are left alone.
         numbers: what was tuned.
+        doubt: which walls are doubted; None: none.
 
     Returns:
         A pose on known floor before the end of the map, looking at it; or no pose, and why.
@@ -207,9 +240,20 @@ def next_goal(grid_map: GridMap, pose: Pose, radius: float, given_up: Sequence[P
     if not floor.reached.any():
         return NextGoal(None, "no known floor with room for the robot is near it")
     ends, alone = _ends(floor, given_up, numbers)
-    if not len(ends):
-        return NextGoal(None, "all that can be reached is known" + (
-            ", but for %d places that were given up" % len(given_up) if alone else ""))
+    if len(ends):
+        return _best(floor, ends, pose, radius, numbers)
+    if doubt is not None:
+        doubted = _doubted(floor, doubt.path, radius, numbers)
+        walls, _ = _ends(doubted, doubt.looked, replace(numbers, least_width=numbers.doubted_width))
+        if len(walls):
+            return _best(doubted, walls, pose, radius, numbers)._replace(
+                reason="to look from near at a wall that was heard from afar", with_heading=True, doubts=True)
+    return NextGoal(None, "all that can be reached is known" + (
+        ", but for %d places that were given up" % len(given_up) if alone else ""))
+
+
+def _best(floor: _ExploredFloor, ends: Array, pose: Pose, radius: float, numbers: ExploringNumbers) -> NextGoal:
+    """Return the goal from which that of some ends of the map is seen that is worth its way most."""
     step = floor.grid.resolution
     width = 2 * round(numbers.view / step) + 1
     gains = uniform_filter(floor.open_unknown.astype(np.float32), width, mode="constant") * (width * step) ** 2
@@ -250,16 +294,32 @@ def _floor(grid_map: GridMap, pose: Pose, radius: float, numbers: ExploringNumbe
         if (cells == OCCUPIED).any() else np.full(cells.shape, np.inf)
     room = to_wall > radius
     way, reached = _ways(room & (cells == FREE), grid, pose, numbers.off_floor)
-    return _ExploredFloor(grid, to_wall, room & (cells == UNKNOWN), reached, way)
+    open_unknown = room & (cells == UNKNOWN)
+    edge = open_unknown & binary_dilation(reached, _ALL_ROUND)
+    return _ExploredFloor(grid, to_wall, open_unknown, edge, reached, way)
+
+
+def _doubted(floor: _ExploredFloor, path: Array, radius: float, numbers: ExploringNumbers) -> _ExploredFloor:
+    """Return the floor as if walls were unknown that the robot was never near to. Its edge is those of them that keep
+    the robot off; the way to what cannot be reached is that to the nearest floor.
+    """
+    grid = floor.grid
+    rows, columns = np.nonzero(grid.cells == OCCUPIED)
+    away, _ = cKDTree(path).query(np.stack(grid.middle(rows, columns), axis=1), distance_upper_bound=numbers.near)
+    far = np.zeros_like(floor.reached)
+    far[rows, columns] = np.isinf(away)
+    off, nearest = distance_transform_edt(~floor.reached, return_indices=True)
+    return floor._replace(grid=GridMap(np.where(far, UNKNOWN, grid.cells), grid.resolution, grid.origin),
+                          edge=far & (off * grid.resolution < radius + 2.0 * grid.resolution),
+                          way=floor.way[tuple(nearest)])
 
 
 def _ends(floor: _ExploredFloor, given_up: Sequence[Point], numbers: ExploringNumbers) -> Tuple[Array, bool]:
     """Return the ends of the map in pieces, as rows and columns of their middle cells, array (n, 2); and whether some
     were left alone.
     """
-    edge = floor.open_unknown & binary_dilation(floor.reached, _ALL_ROUND)
-    numbered, count = label(edge, _ALL_ROUND)
-    rows, columns = np.nonzero(edge)
+    numbered, count = label(floor.edge, _ALL_ROUND)
+    rows, columns = np.nonzero(floor.edge)
     part = numbered[rows, columns] - 1
     low, high = np.full((2, count), 10 ** 9), np.full((2, count), -10 ** 9)
     for axis, values in enumerate((rows, columns)):
@@ -289,13 +349,15 @@ class _Standpoints:
         self._cells, self._reached = floor.grid.cells, floor.reached
         self._ample = floor.reached & (floor.to_wall > ample)
         self._most = 0.6 / floor.grid.resolution
+        self._beside = ample / floor.grid.resolution + 2.0
 
     def best(self, row: int, column: int) -> Tuple[int, int]:
         """Return the cell from which an end of the map, a cell, is seen best."""
         near = _nearest(self._ample, row, column, self._most)[:_STANDPOINTS]
         for here in near[self._see(near, row, column)]:
             return int(here[0]), int(here[1])
-        beside = _nearest(self._reached, row, column, 2.0)[0]      # an end of the map touches what can be reached
+        # An end of the map touches what can be reached; a wall is as far from it as the robot keeps.
+        beside = _nearest(self._reached, row, column, self._beside)[0]
         return int(beside[0]), int(beside[1])
 
     def _see(self, places: Array, row: int, column: int) -> Array:

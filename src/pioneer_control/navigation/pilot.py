@@ -71,7 +71,7 @@ class KnownMap:
     """
 
     def __init__(self, floor: FloorMap, chassis: Chassis, numbers: NavigationNumbers, seed: int):
-        self.grid, self.drivable = floor.grid, floor.drivable()
+        self.grid, self.drivable, self.path = floor.grid, floor.drivable(), None
         self._localisation = Localisation(floor.grid, chassis.transducers, numbers.localisation, seed)
 
     @property
@@ -119,7 +119,12 @@ class OwnMap:
     @property
     def drivable(self) -> GridMap:
         """The same, and free wherever the robot has driven. Walls that are drawn there belong elsewhere."""
-        return with_driven_floor(self.grid, self._mapper.path()[:, :2], self._wide)
+        return with_driven_floor(self.grid, self.path, self._wide)
+
+    @property
+    def path(self) -> Array:
+        """Where the robot has been: x, y (m), an array (n, 2)."""
+        return self._mapper.path()[:, :2]
 
     @property
     def particles(self) -> Array:
@@ -315,7 +320,7 @@ class Pilot:
             return self._end_way(explorer, decision)
         chosen = self._chosen
         if chosen is None:
-            self._chosen = explorer.next(self._drivable, where.pose, where.time)
+            self._chosen = explorer.next(self._drivable, where.pose, where.time, self._knows.path)
             return decision
         assert chosen.pose is not None
         self._chosen = None

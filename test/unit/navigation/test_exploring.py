@@ -7,7 +7,8 @@ import pytest
 
 from pioneer_control.floor_poses import Pose
 from pioneer_control.maps import FREE, OCCUPIED, UNKNOWN, GridMap
-from pioneer_control.navigation.exploring import Explorer, next_goal, with_driven_floor
+from pioneer_control.navigation.exploring import Doubt, Explorer, next_goal, with_driven_floor
+from pioneer_control.navigation.tuned import ExploringNumbers
 
 HERE = Pose(1.0, 1.0, 0.0)
 RADIUS = 0.25
@@ -246,3 +247,98 @@ def test_after_all_it_goes_home():
     assert explorer.homeward
     assert last.pose == Pose(2.0, 1.0, 0.5)
     assert last.reason.endswith(": home")
+
+
+def driven(until):
+    """The path of a robot that drove up and down the room, as far as this x (m): it never was near to the right wall
+    when it is less than 2.7.
+    """
+    x = np.linspace(1.0, until, 50)
+    return np.concatenate((np.stack((x, np.full(50, 0.5)), axis=1), np.stack((x, np.full(50, 1.5)), axis=1)))
+
+
+NOT_RIGHT = driven(2.7)
+
+
+def test_a_wall_that_was_heard_from_afar_is_looked_at_from_near_when_no_end_is_left():
+    goal = next_goal(floor(), HERE, RADIUS, doubt=Doubt(NOT_RIGHT, ()))
+    assert goal.doubts and goal.with_heading and goal.reason == "to look from near at a wall that was heard from afar"
+    assert goal.end[0] > 3.2 and math.hypot(goal.end[0] - goal.pose.x, goal.end[1] - goal.pose.y) < 0.8
+    assert math.atan2(goal.end[1] - goal.pose.y, goal.end[0] - goal.pose.x) == pytest.approx(goal.pose.heading)
+    assert not next_goal(floor((0.5, 1.5)), HERE, RADIUS, doubt=Doubt(NOT_RIGHT, ())).doubts, "ends come first"
+
+
+def test_a_doubted_wall_is_looked_at_also_where_there_is_no_ample_room():
+    found = floor()
+    found.cells[1:14], found.cells[26:] = OCCUPIED, OCCUPIED
+    doubt = Doubt(np.stack((np.linspace(0.5, 2.5, 41), np.full(41, 1.0)), axis=1), ())
+    goal = next_goal(found, HERE, RADIUS, doubt=doubt)
+    assert goal.doubts and goal.pose[:2] == pytest.approx((3.65, 1.0), abs=0.1)
+
+
+def test_the_nearer_of_two_doubted_walls_is_chosen():
+    found = GridMap(np.pad(floor().cells, ((0, 0), (40, 0)), constant_values=UNKNOWN), 0.05, (-2.0, 0.0))
+    doubt = Doubt(driven(2.7)[driven(2.7)[:, 0] > 1.3], ())
+    assert next_goal(found, Pose(1.0, 1.0, 0.0), RADIUS, doubt=doubt).end[0] < 0.1
+    assert next_goal(found, Pose(3.0, 1.0, math.pi), RADIUS, doubt=doubt).end[0] > 3.9
+
+
+def test_a_wall_that_the_robot_was_near_to_is_not_doubted():
+    goal = next_goal(floor(), HERE, RADIUS, doubt=Doubt(driven(3.2), ()))
+    assert goal.pose is None and goal.reason == "all that can be reached is known"
+
+
+def test_a_wall_is_not_doubted_where_no_way_leads_beside_it():
+    found = floor()
+    found.cells[:, 70] = OCCUPIED
+    found.cells[:, 77:79] = OCCUPIED
+    assert next_goal(found, HERE, RADIUS, doubt=Doubt(NOT_RIGHT, ())).pose is None
+
+
+def looking_at_the_right_wall():
+    """An explorer on its way to a wall that it doubts, and that goal."""
+    explorer = Explorer(Pose(2.0, 1.0, 0.5), RADIUS)
+    for _ in range(3):
+        explorer.next(floor(), HERE, 10.0, NOT_RIGHT)
+    return explorer, explorer.next(floor(), HERE, 10.0, NOT_RIGHT)
+
+
+def test_a_wall_that_was_looked_at_from_near_is_not_looked_at_again():
+    explorer, goal = looking_at_the_right_wall()
+    assert goal.doubts and not explorer.homeward
+    last = explorer.next(floor(), goal.pose, 20.0, driven(3.2))
+    assert explorer.homeward and last.reason == "all that can be reached is known: home"
+
+
+def test_when_the_wall_is_gone_the_end_of_the_map_behind_it_is_next():
+    explorer, goal = looking_at_the_right_wall()
+    there = goal.pose
+    beyond = explorer.next(floor((0.5, 1.5)), there, 20.0, NOT_RIGHT)
+    assert not beyond.doubts and beyond.end is not None and "end of the map" in beyond.reason
+
+
+@pytest.mark.parametrize("refused", (False, True))
+def test_a_wall_that_it_cannot_come_near_is_looked_at_once(refused):
+    explorer, goal = looking_at_the_right_wall()
+    ends = []
+    while goal.end is not None and len(ends) < 20:
+        assert all(math.hypot(goal.end[0] - x, goal.end[1] - y) >= 0.5 for x, y in ends)
+        ends.append(goal.end)
+        if refused:
+            explorer.refused()
+        else:
+            assert explorer.is_over(HERE, 10.0 + 100.0 * len(ends), floor())
+        goal = explorer.next(floor(), HERE, 10.0 + 100.0 * len(ends), NOT_RIGHT)
+    assert explorer.homeward and 1 <= len(ends) <= 5
+
+
+def test_it_looks_at_no_more_walls_than_it_may():
+    explorer = Explorer(Pose(2.0, 1.0, 0.5), RADIUS, ExploringNumbers(most_doubts=1))
+    goals = [explorer.next(floor(), HERE, 10.0, driven(1.5)) for _ in range(5)]
+    assert [goal.doubts for goal in goals] == [False, False, False, True, False] and explorer.homeward
+
+
+def test_where_nothing_is_drawn_no_wall_is_doubted():
+    assert not next_goal(wide_open(), HERE, RADIUS, doubt=Doubt(NOT_RIGHT, ())).doubts
+    nothing = GridMap(np.full((1, 1), UNKNOWN, dtype=np.int8), 0.05, (0.0, 0.0))
+    assert not next_goal(nothing, HERE, 2.0, doubt=Doubt(NOT_RIGHT, ())).doubts

@@ -179,6 +179,21 @@ def test_it_explores_a_room_without_a_map_and_comes_home():
     assert (grid.cells == 0).sum() * grid.resolution ** 2 > 8.0
 
 
+def test_a_robot_that_explores_knows_where_it_has_driven(monkeypatch):
+    paths, choose = [], Explorer.next
+
+    def noted(explorer, grid_map, pose, time, path):
+        paths.append(path)
+        assert path[-1] == pytest.approx(pose[:2], abs=0.02)
+        return choose(explorer, grid_map, pose, time, path)
+    monkeypatch.setattr(Explorer, "next", noted)
+    drive = Drive(with_map=False, walls=SMALL_ROOM)
+    drive.step()
+    drive.pilot.explore(True)
+    drive.until(State.REACHED, State.FAILED, most=600.0)
+    assert len(paths) > 4 and np.ptp(paths[-1], axis=0).max() > 1.0
+
+
 def test_exploring_ends_when_somebody_wants_it_and_a_known_map_needs_none(drive):
     assert "there is a map" in drive.pilot.explore(True)
     own = Drive(with_map=False)
