@@ -258,7 +258,7 @@ class Pioneer:
             Whether the robot is there. If not, the log says why.
 
         Raises:
-            UsageError: no place has the name, or a number is not finite.
+            UsageError: no place has the name, a number is not finite, or `y` comes with a name.
             NoAnswerError: there is no navigation, or it ends meanwhile.
             RefusedError: the motors are off.
         """

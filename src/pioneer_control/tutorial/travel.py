@@ -18,6 +18,7 @@ from ..errors import NoAnswerError, UsageError
 from ..floor_poses import Pose
 from ..message_values import quaternion_of
 from ..msg import Navigation, Places
+from ..parameters import nearest
 from ..srv import SaveMap, SavePlace
 from .reports import Stopwatch
 
@@ -103,13 +104,18 @@ class Travel:
         """Return the pose that the arguments of `Pioneer.go_to` name.
 
         Raises:
-            UsageError: a number is not finite, or no place has the name. The message lists the places.
+            UsageError: a number is not finite, no place has the name, or a place by name has a y, too. The message says
+                what is legal.
         """
         if isinstance(place, str):
+            if y is not None:
+                raise UsageError("y is %r: a place by name has none. Where it looks in the end is heading:"
+                                 " go_to(%r, heading=%r)" % (y, place, y))
             places = self.places()
             if place not in places:
-                raise UsageError("no place is named %r on the map; known: %s"
-                                 % (place, ", ".join(map(repr, places)) or "none"))
+                near = nearest(place, places)
+                raise UsageError("no place is named %r on the map; %sknown: %s" % (
+                    place, "did you mean %r? " % near if near else "", ", ".join(map(repr, places)) or "none"))
             named = places[place]
             return Pose(named.x, named.y, named.heading if heading is None else heading)
         for name, value in (("x", place), ("y", y), ("heading", 0.0 if heading is None else heading)):

@@ -106,6 +106,24 @@ def test_a_map_made_twice_of_a_bag_is_the_same(old_bag, tmp_path):
     assert first == second and (first.cells == 0).sum() * first.resolution ** 2 > 3.0
 
 
+def test_an_older_map_of_that_name_is_kept(old_bag, tmp_path, capsys):
+    (tmp_path / "lab.yaml").write_text("mine")
+    assert run(old_bag[0], tmp_path / "new.bag", "--model", "p3dx-sh", "--save-map", tmp_path / "lab.yaml") == 0
+    assert (tmp_path / "lab.1.yaml").read_text() == "mine" and "image" in (tmp_path / "lab.yaml").read_text()
+    assert "the one before is kept in %s" % (tmp_path / "lab.1.yaml") in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name, status, said", [
+    ("lab.png", 2, "its name must end in .yaml"),
+    ("nowhere/lab.yaml", 1, "cannot be written: No such file or directory; {} is written"),
+])
+def test_a_map_that_cannot_be_saved_is_told(old_bag, tmp_path, capsys, name, status, said):
+    new = tmp_path / "new.bag"
+    assert run(old_bag[0], new, "--model", "p3dx-sh", "--save-map", tmp_path / name) == status
+    assert capsys.readouterr().err.endswith(said.format(new) + "\n")
+    assert new.exists() == (status == 1), "a name that is not legal is told before the work"
+
+
 def test_located_again_the_topics_are_made_anew(old_bag, tmp_path):
     run(old_bag[0], tmp_path / "new.bag", "--map", "tutorial", "--model", "p3dx-sh")
     assert run(tmp_path / "new.bag", tmp_path / "again.bag", "--map", "tutorial", "--model", "p3dx-sh") == 0

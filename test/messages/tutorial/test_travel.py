@@ -1,13 +1,15 @@
-"""A program hears how an exploration ended, though one message alone tells it."""
+"""A program names its goal; and it hears how an exploration ended, though one message alone tells it."""
 
 import threading
 import types
 
 import pytest
 import rospy
+from geometry_msgs.msg import Pose2D
 from std_msgs.msg import Header
 from std_srvs.srv import SetBoolResponse
 
+from pioneer_control.errors import UsageError
 from pioneer_control.msg import Navigation, Places
 from pioneer_control.tutorial import travel
 from pioneer_control.tutorial.pioneer import Pioneer
@@ -105,3 +107,21 @@ def test_the_end_of_the_program_ends_exploring_by_a_topic(journey):
     journey.end()
     thread.join(PATIENCE)
     assert ended and journey._client.cancelled > 0
+
+
+@pytest.mark.parametrize("goal, said", [
+    (("kichen", None, None), "'kichen' on the map; did you mean 'kitchen'\\? known: 'kitchen', 'sofa'"),
+    (("roof", None, None), "no place is named 'roof' on the map; known: 'kitchen', 'sofa'"),
+    (("sofa", 1.57, None), "y is 1.57: .* go_to\\('sofa', heading=1.57\\)"),
+    ((3.0, None, None), "y is None: go_to needs the name of a place, or x and y in metres"),
+])
+def test_a_goal_that_makes_no_sense_is_told_with_what_does(journey, goal, said):
+    journey._hear(Places(names=["kitchen", "sofa"], poses=[Pose2D(1.0, 2.0, 0.5), Pose2D()]), Places)
+    with pytest.raises(UsageError, match=said):
+        journey.goal_of(*goal)
+
+
+def test_a_place_by_name_takes_another_heading(journey):
+    journey._hear(Places(names=["kitchen"], poses=[Pose2D(1.0, 2.0, 0.5)]), Places)
+    assert journey.goal_of("kitchen", None, None) == (1.0, 2.0, 0.5)
+    assert journey.goal_of("kitchen", None, 1.5) == (1.0, 2.0, 1.5)

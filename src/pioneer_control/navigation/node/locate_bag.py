@@ -3,12 +3,14 @@
 The bag may come from this package or from p2os: sonar and pose are enough. The new bag has all of the old one but its
 navigation, amcl_pose, particlecloud, map and tf of odom on a map, which are made anew as if navigation had run, and
 what else navigation told or was told then: plan, places, footprint, goals, its diagnostics and its log. Without a map
-one is made, and ``--save-map`` saves it. The same bag gives the same poses and the same map.
+one is made, and ``--save-map`` saves it; an older map of that name is kept. The same bag gives the same poses and the
+same map.
 """
 
 import os
 import sys
 from contextlib import closing
+from pathlib import Path
 from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import genpy
@@ -23,12 +25,13 @@ from ...bags.records import BagError
 from ...bags.writer import BagWriter, serialized
 from ...errors import PioneerError, UsageError
 from ...floor_poses import Pose
-from ...maps import write_ros_map
+from ...maps.ros_map import check_map_file
 from ...message_values import heading_of
 from ...robots import RobotModel, find_model
 from ...whole_file import writing
 from ..chassis import Chassis
 from .map_files import load_floor_map
+from .map_saver import write_map
 from ..navigator import Readiness
 from ..pilot import Pilot, PilotStep
 from ..senses import Senses
@@ -274,13 +277,17 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Locate the robot of the bag that the command line names.
 
     Returns:
-        The exit status. 0: the new bag is written. 1: the old bag is damaged, and the new bag has what could be read.
-        2: nothing is written.
+        The exit status. 0: all is written. 1: the old bag is damaged, and the new bag has what could be read; or the
+        new bag is written, but not its map. 2: nothing is written.
     """
     options = parser_of("locate_bag", __doc__.split("\n\n")[1], OPTIONS).parse_args(arguments)
+    done: Optional[Located] = None
+    saved = ""
     try:
         if options.map and options.save_map:
             raise UsageError("--save-map %s: a map is made only without --map" % options.save_map)
+        if options.save_map:
+            check_map_file(Path(options.save_map))      # before the work, which may take minutes
         floor = load_floor_map(options.map) if options.map else None
         robot = robot_of(options.bag, options.robot, options.model)
         pilot = Pilot(floor, robot.chassis, seed=options.seed)
@@ -289,17 +296,16 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         done = locate(options.bag, options.output, robot, Locator(pilot, robot))
         if options.save_map:
             pilot.finish()
-            write_ros_map(pilot.grid, options.save_map)
+            saved = "; the map is %s" % write_map(pilot.grid, {}, options.save_map)
     except PioneerError as error:
-        print("locate_bag: %s" % error, file=sys.stderr)
-        return 2
+        print("locate_bag: %s%s" % (error, "; %s is written" % options.output if done else ""), file=sys.stderr)
+        return 1 if done else 2
     except OSError as error:
         print("locate_bag: %s cannot be written: %s. Nothing is left of it" % (options.output, error.strerror),
               file=sys.stderr)
         return 2
     print("%s -> %s: %d sonar messages, sure of the pose in %.0f %%%s%s" % (
-        options.bag, options.output, done.heard, 100.0 * done.sure / max(1, done.heard),
-        "; map saved in %s" % options.save_map if options.save_map else "",
+        options.bag, options.output, done.heard, 100.0 * done.sure / max(1, done.heard), saved,
         "; %s What could be read was used." % done.damage if done.damage else ""))
     return 1 if done.damage else 0
 
