@@ -14,7 +14,7 @@ Array = Any     # of numpy
 UNKNOWN = "I do not know where I am: "
 """The beginning of each reason."""
 NOT_TOLD = "nobody told me, and I have not heard enough yet: drive me a little"
-JUST_FOUND = "I have just found a place where I may be, and drive on to be sure"
+JUST_FOUND = "I have just found a place where I may be, and must move a little to be sure"
 LEAST_USUAL = 0.5
 """The true pose explains at least this share of echoes, wherever the robot is."""
 _LINE = 3.0     # so many times narrower is the cloud of a pose on a line than that of a sure pose may be wide
