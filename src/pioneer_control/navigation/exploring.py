@@ -253,7 +253,7 @@ def next_goal(grid_map: GridMap, pose: Pose, radius: float, given_up: Sequence[P
 
 
 def _best(floor: _ExploredFloor, ends: Array, pose: Pose, radius: float, numbers: ExploringNumbers) -> NextGoal:
-    """Return the goal from which that of some ends of the map is seen that is worth its way most."""
+    """Choose among some ends of the map the one that is most worth its way. Return the goal from which it is seen."""
     step = floor.grid.resolution
     width = 2 * round(numbers.view / step) + 1
     gains = uniform_filter(floor.open_unknown.astype(np.float32), width, mode="constant") * (width * step) ** 2
@@ -300,8 +300,10 @@ def _floor(grid_map: GridMap, pose: Pose, radius: float, numbers: ExploringNumbe
 
 
 def _doubted(floor: _ExploredFloor, path: Array, radius: float, numbers: ExploringNumbers) -> _ExploredFloor:
-    """Return the floor as if walls were unknown that the robot was never near to. Its edge is those of them that keep
-    the robot off; the way to what cannot be reached is that to the nearest floor.
+    """Return the floor as it were if the walls that the robot was never near to were unknown.
+
+    Its edge is those of these walls that keep the robot off. Where it cannot go, the way is that to the nearest floor
+    where it can.
     """
     grid = floor.grid
     rows, columns = np.nonzero(grid.cells == OCCUPIED)
