@@ -40,7 +40,7 @@ ROOMS = {
                "msg"},
     "simulator": {"message_values", "parameters", "ros_node", "pictures", "maps", "p2os", "robots"},
     # robots: the outline, where a driver does not tell it
-    "tutorial": {"floor_poses", "message_values", "ros_node", "robots", "parameters", "msg", "srv"},
+    "tutorial": {"floor_poses", "message_values", "ros_node", "robots", "msg", "srv"},
     "teleop": {"message_values", "ros_node", "msg"},
     # robots: where the sonar of an old bag looks
     "bags": {"message_values", "parameters", "port_url", "ros_node", "standard_messages", "whole_file", "pictures",
