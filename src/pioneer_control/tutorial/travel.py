@@ -18,7 +18,6 @@ from ..errors import NoAnswerError, UsageError
 from ..floor_poses import Pose
 from ..message_values import quaternion_of
 from ..msg import Navigation, Places
-from ..parameters import nearest
 from ..srv import SaveMap, SavePlace
 from .reports import Stopwatch
 
@@ -113,9 +112,8 @@ class Travel:
                                  " go_to(%r, heading=%r)" % (y, place, y))
             places = self.places()
             if place not in places:
-                near = nearest(place, places)
-                raise UsageError("no place is named %r on the map; %sknown: %s" % (
-                    place, "did you mean %r? " % near if near else "", ", ".join(map(repr, places)) or "none"))
+                raise UsageError("no place is named %r on the map; known: %s"
+                                 % (place, ", ".join(map(repr, places)) or "none"))
             named = places[place]
             return Pose(named.x, named.y, named.heading if heading is None else heading)
         for name, value in (("x", place), ("y", y), ("heading", 0.0 if heading is None else heading)):
