@@ -348,7 +348,7 @@ class ExploringNumbers:
         3, Whole(1, 20), "an end is left alone after so many tries near it, also where each made it known")
     near: float = parameter(
         1.2, Number(0.3, 10.0), "before it goes home it looks at walls that it was never so near to", "m")
-    doubted_width: float = parameter(0.4, Number(0.0, 10.0), "length of the shortest wall that it looks at for that", "m")
+    doubted_width: float = parameter(0.4, Number(0.0, 10.0), "the shortest wall that it looks at for that", "m")
     most_doubts: int = parameter(8, Whole(0, 1000), "it looks at so many such walls at most")
     moved: float = parameter(0.25, Number(0.05, 2.0), "it gets on while it moves so far", "m")
     stuck: float = parameter(8.0, Number(1.0, 600.0), "time without getting on after which it gives up an end", "s")
