@@ -243,21 +243,26 @@ class DrivableFloor:
         return 1.0 + tuned.near_cost * near ** 2 + np.where(room < self._wanted, tuned.squeeze_cost, 0.0)
 
     def _extra(self, obstacles: Array) -> Array:
-        """Return what obstacles that are on no map add to the cost of a metre in each square that may be used."""
+        """Return what obstacles that are on no map add to the cost of a metre in each square that may be used.
+
+        Beside them the robot drives slowly (`steering`), so a metre there takes longer than it is long.
+        """
         rows, columns = self._usable.shape
         row, column = (np.rint(each).astype(int) for each in self.fraction(obstacles[:, 0], obstacles[:, 1]))
         inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
         extra = np.zeros(self._usable.shape)
         if inside.any():
             row, column = row[inside], column[inside]
-            reach = math.ceil((self._wanted + self._tuned.berth) / self.side)
+            tuned, half_width = self._tuned, self._least - self._tuned.squeeze
+            reach = math.ceil(max(self._wanted + tuned.berth, half_width + tuned.slow_far) / self.side)
             low_row, low_column = max(0, row.min() - reach), max(0, column.min() - reach)
             free = np.ones((min(rows, row.max() + reach + 1) - low_row,
                             min(columns, column.max() + reach + 1) - low_column), dtype=bool)
             free[row - low_row, column - low_column] = False
             room = ndimage.distance_transform_edt(free) * self.side
+            slow = np.interp(room - half_width, (tuned.slow_near, tuned.slow_far), (tuned.slow_cost, 0.0))
             extra[low_row:low_row + free.shape[0], low_column:low_column + free.shape[1]] = np.where(
-                room < self._least, self._tuned.obstacle_cost, self._cost_of(room) - 1.0)
+                room < self._least, tuned.obstacle_cost, self._cost_of(room) - 1.0 + slow)
         return extra[self._usable]
 
     def _graph(self, costs: Array) -> Any:

@@ -132,6 +132,10 @@ class PlanningNumbers:
         6.0, Number(0, 1000), "what a metre costs more at the distance that is kept; less farther away")
     squeeze_cost: float = parameter(8.0, Number(0, 1000), "what a metre nearer than that costs besides")
     obstacle_cost: float = parameter(40.0, Number(0, 10000), "what a metre through an obstacle costs that is on no map")
+    slow_near: float = parameter(
+        0.35, Number(0, 3), "within this distance of its sides, what is on no map makes the robot slow", "m")
+    slow_far: float = parameter(0.475, Number(0, 3), "farther away it does not; between, less and less", "m")
+    slow_cost: float = parameter(1.0, Number(0, 10), "what a metre costs more where the robot is slow for that")
     off_the_floor: float = parameter(20.0, Number(1, 1000), "cost of a metre where the robot must not be at all")
 
 

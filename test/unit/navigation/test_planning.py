@@ -114,6 +114,13 @@ def test_the_way_leads_round_what_is_on_no_map():
     assert abs(y - 1.5) > 0.6
 
 
+@pytest.mark.parametrize("slow_cost, least, most", [(0.0, 0.4, 0.6), (1.0, 0.62, 0.9)])
+def test_a_way_keeps_farther_from_what_makes_the_robot_slow(slow_cost, least, most):
+    floor = DrivableFloor(GridMap(room(), 0.05, (0.0, 0.0)), HALF_WIDTH, PlanningNumbers(slow_cost=slow_cost))
+    points = floor.past(floor.to((4.0, 1.5)), np.array([(2.5, 1.5)]), (1.0, 1.5)).points_from((1.0, 1.5))
+    assert least < min(math.hypot(x - 2.5, y - 1.5) for x, y in points) < most
+
+
 def test_what_blocks_the_only_way_makes_it_dear_and_leaves_it():
     floor, goal = floor_of(with_wall(18)), (4.0, 2.0)
     free = floor.to(goal)
