@@ -249,10 +249,15 @@ def edge_cells(clearance: Array) -> Array:
 
 
 def cells_near(grid_map: GridMap, edges: Array, pose: Pose, reach: float) -> Tuple[Array, Array]:
-    """Return the middles (m, robot's frame) of the faces of walls within about `reach` (m) of a pose (map frame)."""
+    """Return the faces of walls within about `reach` (m) of a pose (map frame): points (m, robot's frame).
+
+    A wall may be anywhere in its cell: each point is that of a cell that is nearest to the pose.
+    """
     (low_row, low_column), (high_row, high_column) = (
         [int(each) for each in grid_map.cell(pose.x + side * reach, pose.y + side * reach)] for side in (-1.0, 1.0))
     low_row, low_column = max(0, low_row), max(0, low_column)
     window = edges[low_row:max(0, high_row + 1), low_column:max(0, high_column + 1)]
     row, column = np.divmod(np.flatnonzero(window), max(1, window.shape[1]))    # far quicker than np.nonzero
-    return into(pose, *grid_map.middle(row + low_row, column + low_column))
+    x, y = grid_map.middle(row + low_row, column + low_column)
+    half = grid_map.resolution / 2.0
+    return into(pose, x + np.clip(pose.x - x, -half, half), y + np.clip(pose.y - y, -half, half))
