@@ -23,6 +23,7 @@ How it gets to a goal:
 ``planning``         the floor that a robot may use, and the way to a goal; ``frames``: points between frames
 ``steering``         the next velocity
 ``obstacles``        what was heard lately, and is on no map
+``standing_obstacles``  where something stood that is on no map, after the robot has gone on
 ``suspected_walls``  where a wall may go on that it does not hear, while it makes a map
 ``aside``            where it goes for a while when it has no way on
 ``lateness``         how much later than usual it reacts: it is slower then

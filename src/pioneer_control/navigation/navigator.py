@@ -464,19 +464,22 @@ class Navigator:
         between two ways past an obstacle. The first plan is of the map alone, and the next packet's has the obstacles:
         two plans of a large map take too long for one packet.
         """
-        numbers = self._numbers.navigator
+        numbers = self._numbers
         if task.map_plan is None:
             task.map_plan = self._floor.to(task.goal[:2])
             task.plan = task.plan or task.map_plan        # after a change of the map it goes on by the old one
             return
-        unmapped = self._unmapped(pose)
-        plan = self._floor.past(task.map_plan, np.vstack((unmapped, *task.closed)), pose[:2])
+        unmapped = self._obstacles.unmapped(pose)
+        there = [unmapped, *task.closed]
+        if not self._through_unknown:       # a robot that makes its map draws there what stands
+            there.append(self._obstacles.stood(pose, now))
+        plan = self._floor.past(task.map_plan, np.vstack(there), pose[:2])
         task.planned_at = now
         task.obstacle_on_way = _stands_on(unmapped, task.map_plan.points_from(pose[:2]),
-                                          self._chassis.half_width + self._numbers.planning.keep)
-        if task.plan is not None and now - task.plan_taken_at < numbers.plan_kept:
+                                          self._chassis.half_width + numbers.planning.keep)
+        if task.plan is not None and now - task.plan_taken_at < numbers.navigator.plan_kept:
             kept = plan.cost_of_way(task.plan.points_from(pose[:2]))
-            if float(plan.cost(np.array(pose.x), np.array(pose.y))) > numbers.better * kept:
+            if float(plan.cost(np.array(pose.x), np.array(pose.y))) > numbers.navigator.better * kept:
                 return
         task.plan, task.plan_taken_at = plan, now
 
@@ -495,7 +498,7 @@ class Navigator:
                 return None if still else SteeringChoice(STOP, "at the goal, stopping")
             return self._steering.finish(pose, self._velocity, around, live, goal, turn_only=True)
         if task.aside.is_due(task.progress_at, now) and task.planned_at < now:     # one plan a packet
-            task.aside.begin(self._floor, pose, self._unmapped(pose), now)
+            task.aside.begin(self._floor, pose, self._obstacles.unmapped(pose), now)
             task.closed.append(_tightest(self._floor, task.way))
         aside = task.aside.plan(pose, task.progress_at, now)
         if aside is None and distance < numbers.final and self._floor.straight(pose[:2], goal[:2]):
@@ -519,13 +522,6 @@ class Navigator:
         if self._place is None:
             return None
         return compose(self._place, relative(self._place_odometry, self._last.odometry))
-
-    def _unmapped(self, pose: Pose) -> Array:
-        """Return the places (m, map frame) of what was heard and is on no map, as an array (number, 2)."""
-        places = self._obstacles.heard()
-        places = places.chosen(~places.mapped)
-        assert self._last is not None
-        return np.column_stack(out_of(pose, *into(self._last.odometry, places.x, places.y)))
 
     def _around(self, pose: Optional[Pose], now: float) -> Around:
         """Return what is around the robot: what was heard, and the walls of the map if there is a pose on it.

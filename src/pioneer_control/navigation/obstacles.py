@@ -19,6 +19,7 @@ from ..robots import HALF_CONE
 from .chassis import Chassis
 from .frames import into, out_of, turned
 from .sonar_grid import SonarBeams
+from .standing_obstacles import StandingObstacles
 from .tuned import ObstacleNumbers
 from .values import Sensing
 
@@ -81,6 +82,7 @@ class Obstacles:
         """
         self._transducers = {each.number: each for each in chassis.transducers}
         self._map, self._clearance, self._tuned = grid_map, clearance, tuned
+        self._standing = StandingObstacles(tuned)
         self._before: Optional[Sensing] = None
         self._slow = True
         self._fired: Dict[int, float] = {}
@@ -91,9 +93,11 @@ class Obstacles:
     def use_map(self, grid_map: GridMap, clearance: Array) -> None:
         """Go on with a newer map. For the arguments see the class."""
         self._map, self._clearance = grid_map, clearance
+        self._standing.forget()
 
     def forget(self) -> None:
         """Forget all echoes."""
+        self._standing.forget()
         self._free = self._looks = _columns([])
         none = np.zeros(0)
         self._places = Places(none, none, none, np.zeros(0, dtype=bool), none, none, none, none)
@@ -106,6 +110,29 @@ class Obstacles:
     def heard(self) -> Places:
         """Return what is remembered, in the frame of odometry."""
         return self._places
+
+    def unmapped(self, pose: Pose, stands: bool = False) -> Array:
+        """Return the places (m, map frame) of what is remembered and on no map, as an array (number, 2).
+
+        Args:
+            pose: where the robot is (map frame).
+            stands: only what has proved to stand still.
+        """
+        assert self._before is not None
+        proof = self._tuned.proves_still if stands else 0.0
+        places = self._places.chosen(~self._places.mapped & (self._places.time - self._places.since >= proof))
+        return np.column_stack(out_of(pose, *into(self._before.odometry, places.x, places.y)))
+
+    def stood(self, pose: Pose, now: float) -> Array:
+        """Return the places (m, map frame) of what stood still where the robot is not near any more, for it may still.
+
+        For the argument `pose` see `unmapped`; `now`: the time (s).
+        """
+        assert self._before is not None
+        standing = self._standing
+        standing.keep(~self._seen_free(*out_of(self._before.odometry, *into(pose, *standing.places.T))))
+        standing.remember(self.unmapped(pose, stands=True), pose, now)
+        return standing.places
 
     def looks(self) -> SonarBeams:
         """Return the last firings, also without an echo, in the frame of odometry."""
@@ -133,9 +160,12 @@ class Obstacles:
 
         Args:
             sensing: what the robot sensed.
-            where: its pose on the map at that time; None when it is not sure. Then the map explains nothing.
+            where: its pose on the map at that time; None when it is not sure. Then the map explains nothing, and what
+                stood on it is forgotten: the robot may have been elsewhere.
         """
         self._drop_old(sensing.time)
+        if where is None:
+            self._standing.forget()
         heard: List[_Echo] = []
         silent: List[_Echo] = []
         for firing in sensing.firings:
@@ -179,7 +209,7 @@ class Obstacles:
                   np.broadcast_to(same, x.shape)[which])
 
     def _seen_free(self, x: Array, y: Array) -> Array:
-        """Return which places the last echoes have passed: the part of an arc that is left has the obstacle."""
+        """Return which places (m, odometry) the last echoes have passed: nothing is there."""
         return self._passing(self._free, x.ravel(), y.ravel()).any(axis=0).reshape(x.shape)
 
     def _passing(self, echoes: Array, x: Array, y: Array) -> Array:

@@ -151,6 +151,9 @@ class ObstacleNumbers:
     felt: float = parameter(60.0, Number(1, 600), "time for which a place is kept where the wheels stalled", "s")
     kept_aside: float = parameter(5.0, Number(0, 600), "the same for the sides of an arc, where it rather is not", "s")
     kept_known: float = parameter(3.0, Number(0, 600), "time after which a wall's echo is forgotten", "s")
+    kept_standing: float = parameter(
+        120.0, Number(0, 3600), "so long a plan leads round what stood still, once the robot is away from it", "s")
+    away: float = parameter(1.0, Number(0, 5), "it is away from what is farther from its middle", "m")
     young: float = parameter(1.5, Number(0, 60), "an echo younger than this may be of somebody who walks", "s")
     proves_still: float = parameter(2.0, Number(0, 60), "what was heard in one place for this time stands still", "s")
     lost: float = parameter(

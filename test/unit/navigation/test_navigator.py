@@ -12,7 +12,7 @@ from pioneer_control.navigation import navigator
 from pioneer_control.navigation.navigator import NavigationNumbers, Navigator, Readiness, State, kind_of
 from pioneer_control.navigation.planning import DrivableFloor, RoutePlan
 from pioneer_control.navigation.suspected_walls import SuspectedWalls
-from pioneer_control.navigation.tuned import NavigatorNumbers
+from pioneer_control.navigation.tuned import NavigatorNumbers, ObstacleNumbers
 from pioneer_control.navigation.values import STOP, Firing, Sensing, Twist
 
 WELL = Readiness()
@@ -594,6 +594,62 @@ def two_doors():
     cells[:, 60] = OCCUPIED
     cells[28:52, 60] = cells[58:76, 60] = FREE
     return GridMap(cells, walls.resolution, walls.origin)
+
+
+class BlockedDoor(Run):
+    """A robot before a door in which posts stand. There is another door."""
+
+    def __init__(self, seconds=5, **how):
+        super().__init__(two_doors(), posts=[(3.0, 1.5 + 0.1 * number) for number in range(11)])
+        self.navigator = Navigator(self.walls, self.chassis, **how)
+        self.look(Pose(1.7, 2.0, 0.0), seconds)
+
+    def look(self, pose, seconds):
+        for number in range(10 * seconds):
+            self.pose, self.velocity = pose._replace(heading=pose.heading + 0.4 * math.sin(number / 5.0)), STOP
+            self.step()
+
+    def door(self):
+        """Return the y (m) of the door on its way."""
+        assert self.navigator.go_to(4.5, 2.0, None, self.time) == ""
+        self.look(self.pose, 3)
+        return min(self.navigator.plan, key=lambda point: abs(point[0] - 3.0))[1]
+
+    def go_away(self, x=1.0, y=3.4):
+        """Take the posts away, and stand elsewhere for longer than echoes are kept. It hears nothing of the door."""
+        self.navigator.cancel()
+        self.posts = ()
+        self.look(Pose(x, y, math.pi), 30)
+
+
+@pytest.mark.parametrize("remembered, door", [(120.0, 3.35), (10.0, 2.0)])
+def test_what_stood_in_a_way_is_remembered_longer_than_its_echoes(remembered, door):
+    """A robot with two ways, and a thing in each, forgot each on its way to the other, and went to and fro (1647)."""
+    run = BlockedDoor(numbers=NavigationNumbers(obstacles=ObstacleNumbers(kept_standing=remembered)))
+    assert run.door() == pytest.approx(3.35, abs=0.3)
+    run.go_away()
+    assert run.door() == pytest.approx(door, abs=0.3)
+
+
+@pytest.mark.parametrize("then", [
+    lambda run: run.step(where=Spot(run.pose, sure=False)),     # it may have been elsewhere
+    lambda run: run.navigator.forget_obstacles(),
+    lambda run: run.navigator.use_map(run.walls),
+    lambda run: (run.go_away(1.0, 2.0), run.door())])       # from there it hears that the door is free
+def test_that_is_forgotten(then):
+    run = BlockedDoor()
+    assert run.door() == pytest.approx(3.35, abs=0.3)
+    then(run)
+    run.go_away()
+    assert run.door() == pytest.approx(2.0, abs=0.3)
+
+
+@pytest.mark.parametrize("seconds, makes_map, remembered", [(5, False, True), (0, False, False), (5, True, False)])
+def test_only_what_stood_still_is_remembered_so_and_only_on_a_map_that_is_given(seconds, makes_map, remembered):
+    run = BlockedDoor(seconds, through_unknown=makes_map)
+    assert run.navigator.go_to(4.5, 2.0, None, run.time) == ""
+    run.look(run.pose, 1)
+    assert (len(run.navigator._obstacles._standing.places) > 0) is remembered
 
 
 def test_where_it_did_not_get_through_it_tries_another_way():
