@@ -226,7 +226,7 @@ class Navigator:
         refusal = self._floor.refusal(self._here or (x, y), (x, y))
         if refusal or heading is None or self._through_unknown:
             return refusal
-        walls = cells_near(self._map, self._edges, Pose(x, y, heading), _NEAR)
+        walls = self._walls_near(Pose(x, y, heading))
         least = distance_outside(self._chassis.outline, *walls).min(initial=math.inf)
         return "" if least > self._numbers.steering.margin else (
             "at the goal (%.2f, %.2f) a wall is in the way of a heading of %.2f rad: the robot does not fit" % (
@@ -374,7 +374,7 @@ class Navigator:
             direction += math.pi
         ahead = Pose(pose.x + math.cos(direction), pose.y + math.sin(direction), direction)
         around = self._around(None, now)._replace(lost=math.inf)
-        walls = [cells_near(self._map, self._edges, each, _NEAR) for each in where.line]
+        walls = [self._walls_near(each) for each in where.line]
         around = around._replace(standing_x=np.concatenate([around.standing_x, *(x for x, _ in walls)]),
                                  standing_y=np.concatenate([around.standing_y, *(y for _, y in walls)]))
         live = self._obstacles.live(now - numbers.silent)
@@ -523,6 +523,15 @@ class Navigator:
             return None
         return compose(self._place, relative(self._place_odometry, self._last.odometry))
 
+    def _walls_near(self, pose: Pose) -> Tuple[Array, Array]:
+        """Return the walls of the map near a pose (map frame), as points (m, robot's frame).
+
+        On a map that is given a wall may be anywhere in its cell. One that is being made draws walls thicker than they
+        are, and its doors narrower.
+        """
+        half = 0.0 if self._through_unknown else self._map.resolution / 2.0
+        return cells_near(self._map, self._edges, pose, _NEAR, half)
+
     def _around(self, pose: Optional[Pose], now: float) -> Around:
         """Return what is around the robot: what was heard, and the walls of the map if there is a pose on it.
 
@@ -537,7 +546,7 @@ class Navigator:
         off = distance_outside(self._chassis.outline, x, y)
         apart, beside, left = (math.inf if self._through_unknown else float(off[which].min(initial=math.inf))
                                for which in (unproven, walking, lost))
-        wall_x, wall_y = (np.zeros(0),) * 2 if pose is None else cells_near(self._map, self._edges, pose, _NEAR)
+        wall_x, wall_y = (np.zeros(0),) * 2 if pose is None else self._walls_near(pose)
         all_x, all_y = np.append(x, wall_x), np.append(y, wall_y)
         if self._through_unknown:
             more_x, more_y = self._suspected.places(all_x, all_y, self._obstacles.looks(), self._last.odometry)

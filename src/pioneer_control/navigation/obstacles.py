@@ -278,10 +278,15 @@ def edge_cells(clearance: Array) -> Array:
     return beside & (clearance <= 0.0)
 
 
-def cells_near(grid_map: GridMap, edges: Array, pose: Pose, reach: float) -> Tuple[Array, Array]:
-    """Return the faces of walls within about `reach` (m) of a pose (map frame): points (m, robot's frame).
+def cells_near(grid_map: GridMap, edges: Array, pose: Pose, reach: float, half: float = 0.0) -> Tuple[Array, Array]:
+    """Return the faces of walls near a pose (map frame), as points (m, robot's frame).
 
-    A wall may be anywhere in its cell: each point is that of a cell that is nearest to the pose.
+    Args:
+        grid_map: the map.
+        edges: which of its cells are such faces.
+        pose: the pose.
+        reach: about so near (m).
+        half: a wall may be so far (m) from the middle of its cell, to all four sides. The point is the nearest one.
     """
     (low_row, low_column), (high_row, high_column) = (
         [int(each) for each in grid_map.cell(pose.x + side * reach, pose.y + side * reach)] for side in (-1.0, 1.0))
@@ -289,5 +294,4 @@ def cells_near(grid_map: GridMap, edges: Array, pose: Pose, reach: float) -> Tup
     window = edges[low_row:max(0, high_row + 1), low_column:max(0, high_column + 1)]
     row, column = np.divmod(np.flatnonzero(window), max(1, window.shape[1]))    # far quicker than np.nonzero
     x, y = grid_map.middle(row + low_row, column + low_column)
-    half = grid_map.resolution / 2.0
     return into(pose, x + np.clip(pose.x - x, -half, half), y + np.clip(pose.y - y, -half, half))

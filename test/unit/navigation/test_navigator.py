@@ -575,6 +575,14 @@ def test_only_on_a_map_that_is_given_it_turns_with_next_to_no_distance(makes_map
     assert made == [not makes_map]
 
 
+@pytest.mark.parametrize("makes_map", [True, False])
+def test_on_a_map_that_is_given_a_wall_may_be_anywhere_in_its_cell(makes_map):
+    """A p3at touched the tip of a wall whose cell lay 4 cm from it (1647)."""
+    driver = Navigator(room(), chassis_of(), through_unknown=makes_map)
+    x, _ = driver._walls_near(Pose(1.0, 2.0, math.pi))
+    assert x == pytest.approx(np.full(len(x), 0.975 if makes_map else 0.95))
+
+
 def test_after_a_jump_of_time_it_does_not_know_where_it_drove(monkeypatch):
     """Odometry may begin anew then, and its old places are elsewhere."""
     forgotten = []

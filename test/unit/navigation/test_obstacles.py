@@ -127,8 +127,9 @@ def test_the_faces_of_walls_near_a_pose():
     clearance = DrivableFloor(grid_map, 0.2, PlanningNumbers()).clearance
     edges = edge_cells(clearance)
     assert edges.sum() == 2 * 118 + 2 * 78
-    x, y = cells_near(grid_map, edges, Pose(1.0, 2.0, math.pi), 1.5)
-    assert len(x) and x == pytest.approx(np.full(len(x), 1.0 - 0.05)), "the near side of one wall, ahead"
+    for half in (0.0, 0.025):
+        x, y = cells_near(grid_map, edges, Pose(1.0, 2.0, math.pi), 1.5, half)
+        assert len(x) and x == pytest.approx(np.full(len(x), 1.0 - 0.025 - half)), "one wall, ahead of the turned robot"
     assert len(cells_near(grid_map, edges, Pose(-90.0, 2.0, 0.0), 1.5)[0]) == 0
 
 
