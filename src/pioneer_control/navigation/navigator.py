@@ -234,8 +234,13 @@ class Navigator:
 
     def cancel(self) -> None:
         """Drop the goal. The robot stops."""
+        self.end(State.IDLE, "no goal")
+
+    def end(self, state: State, reason: str) -> Decision:
+        """End the way to the goal, if there is one. Return the decision, which stays until the next goal: to stand."""
         self._task = None
-        self._ended = Decision(STOP, State.IDLE, "no goal")
+        self._ended = Decision(STOP, state, reason)
+        return self._ended
 
     def forget_obstacles(self) -> None:
         """Forget what was heard that is on no map."""
@@ -261,7 +266,7 @@ class Navigator:
         if task is None:
             return self._ended
         if task.stall_count >= self._numbers.navigator.most_stalls:
-            return self._end(State.FAILED, "gave up: the wheels stalled %d times, by something that sonar does not hear"
+            return self.end(State.FAILED, "gave up: the wheels stalled %d times, by something that sonar does not hear"
                              % task.stall_count)
         hindrance = self._hindrance(sensing, readiness, now)
         if hindrance:
@@ -273,7 +278,7 @@ class Navigator:
         if task.plan is None:
             refusal = self._floor.refusal(where.pose[:2], task.goal[:2])
             if refusal:
-                return self._end(State.FAILED, refusal)
+                return self.end(State.FAILED, refusal)
         task.waiting_since = None
         return self._drive(task, where.pose, now)
 
@@ -333,13 +338,8 @@ class Navigator:
             task.waiting_since, task.waiting_kind = now, kind
         task.progress_at += max(0.0, now - max(task.waiting_since, task.progress_at))
         if now - task.waiting_since > self._numbers.navigator.wait:
-            return self._end(State.FAILED, "gave up after %.0f s: %s" % (now - task.waiting_since, decision.reason))
+            return self.end(State.FAILED, "gave up after %.0f s: %s" % (now - task.waiting_since, decision.reason))
         return decision
-
-    def _end(self, state: State, reason: str) -> Decision:
-        self._task = None
-        self._ended = Decision(STOP, state, reason)
-        return self._ended
 
     def _look_around(self, task: _Task, where: Optional[Whereabouts], now: float) -> Decision:
         """Wait until the robot knows where it is. It may turn on the spot where it touches nothing.
@@ -423,7 +423,7 @@ class Navigator:
             self._plan_anew(task, pose, now)
         if now - task.progress_at > numbers.navigator.patience or task.aside.count > numbers.navigator.most_asides:
             aside = ", also after it went aside" if task.aside.count > 1 else ""
-            return self._end(State.FAILED, "gave up: no way on for %.0f s%s, %.2f m from the goal" % (
+            return self.end(State.FAILED, "gave up: no way on for %.0f s%s, %.2f m from the goal" % (
                 now - task.progress_at, aside, _apart(task.goal, pose)))
         around, live = self._around(pose, now), self._obstacles.live(now - numbers.navigator.silent)
         if around.apart < numbers.navigator.give_way:
@@ -432,7 +432,7 @@ class Navigator:
         task.way = task.plan.points_from(pose[:2])
         choice = self._choose(task, pose, around, live, now)
         if choice is None:
-            return self._end(State.REACHED, "reached the goal")
+            return self.end(State.REACHED, "reached the goal")
         self._note_progress(task, pose, choice.blocked, now)
         if task.blocked_at is not None and _apart(pose, task.blocked_at) > 0.15:
             task.blocked_since = task.blocked_at = None

@@ -333,7 +333,7 @@ class Pilot:
         self._refusals += 1
         if explorer.homeward or self._refusals == MOST_REFUSALS:
             self._explorer, self._chooses = None, False
-            return Decision(STOP, State.FAILED, "explored, not home: %s" % refusal)
+            return self._navigator.end(State.FAILED, "explored, not home: %s" % refusal)
         explorer.refused()
         return Decision(STOP, State.WAITING, refusal)
 
@@ -344,9 +344,8 @@ class Pilot:
             if ended.state is State.REACHED or self._home_tries >= HOME_TRIES:
                 self._explorer = self._goal = None
                 if ended.state is State.REACHED:
-                    return ended._replace(reason="explored, home again")
-                self._navigator.cancel()
-                return Decision(STOP, State.FAILED, "explored, not home: " + ended.reason)
+                    return self._navigator.end(State.REACHED, "explored, home again")
+                return self._navigator.end(State.FAILED, "explored, not home: " + ended.reason)
         self._chooses, self._chosen, self._refusals = True, None, 0
         return ended
 
