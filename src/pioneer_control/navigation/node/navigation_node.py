@@ -14,6 +14,7 @@ says.
 *Parameters*: see `NavigationParameters`; the numbers of `tuned` below the names of their parts.
 """
 
+import gc
 import os
 import sys
 import threading
@@ -381,6 +382,7 @@ def main() -> int:
         return 2
     except rospy.ROSInterruptException:
         return 0
+    gc.freeze()     # a packet would wait tens of milliseconds while all that was imported is searched for garbage
     why_ended = node.run()
     if why_ended:
         rospy.logfatal(why_ended)
