@@ -267,7 +267,7 @@ class Navigator:
             return self._ended
         if task.stall_count >= self._numbers.navigator.most_stalls:
             return self.end(State.FAILED, "gave up: the wheels stalled %d times, by something that sonar does not hear"
-                             % task.stall_count)
+                            % task.stall_count)
         hindrance = self._hindrance(sensing, readiness, now)
         if hindrance:
             return self._wait(task, kind_of(hindrance), Decision(STOP, State.WAITING, hindrance), now)
