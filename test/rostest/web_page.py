@@ -84,8 +84,12 @@ class PageOfAGraph(unittest.TestCase):
         publisher = rospy.Publisher("second/move_base_simple/goal", PoseStamped, queue_size=1, latch=True)
         publisher.publish(goal)
         wait_until("a goal", lambda: self.viewer.newest("goals") == {str(second): [3.0, 4.0]})
-        frame = self.viewer.frames[first]
-        self.assertTrue(frame.flags & 1 and frame.flags & 2 and len(frame.sonar) == 16 and frame.gripper)
+
+        def whole():
+            frame = self.viewer.frames[first]
+            return frame.flags & 1 and frame.flags & 2 and len(frame.sonar) == 16 and frame.gripper
+
+        wait_until("all that the first one has", whole)
 
     def test_2_a_held_key_drives_and_the_page_killed_means_stand(self):
         self.hold(self.number_of("pioneer"))
