@@ -167,7 +167,7 @@ class Navigator:
         self._trail: Deque[Pose] = deque(maxlen=_TRAIL)     # odometry where it was lately
 
     def use_map(self, grid_map: GridMap) -> None:
-        """Go on with a newer map. Goal and obstacles stay; the way is planned anew."""
+        """Go on with a newer map. The goal stays, and what was heard lately; the way is planned anew."""
         self._map = grid_map
         self._floor = DrivableFloor(grid_map, self._chassis.half_width, self._numbers.planning,
                                     self._through_unknown)
@@ -279,6 +279,7 @@ class Navigator:
             refusal = self._floor.refusal(where.pose[:2], task.goal[:2])
             if refusal:
                 return self.end(State.FAILED, refusal)
+            task.progress_at = now      # the goal may be older than the first packet
         task.waiting_since = None
         return self._drive(task, where.pose, now)
 
@@ -526,8 +527,8 @@ class Navigator:
     def _walls_near(self, pose: Pose) -> Tuple[Array, Array]:
         """Return the walls of the map near a pose (map frame), as points (m, robot's frame).
 
-        On a map that is given a wall may be anywhere in its cell. One that is being made draws walls thicker than they
-        are, and its doors narrower.
+        On a map that is given a wall may be anywhere in its cell. A map that is being made draws walls too thick, so
+        there the middle of the cell counts.
         """
         half = 0.0 if self._through_unknown else self._map.resolution / 2.0
         return cells_near(self._map, self._edges, pose, _NEAR, half)

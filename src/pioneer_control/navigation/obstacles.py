@@ -278,7 +278,7 @@ def edge_cells(clearance: Array) -> Array:
     return beside & (clearance <= 0.0)
 
 
-def cells_near(grid_map: GridMap, edges: Array, pose: Pose, reach: float, half: float = 0.0) -> Tuple[Array, Array]:
+def cells_near(grid_map: GridMap, edges: Array, pose: Pose, reach: float, half: float) -> Tuple[Array, Array]:
     """Return the faces of walls near a pose (map frame), as points (m, robot's frame).
 
     Args:

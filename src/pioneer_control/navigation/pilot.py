@@ -345,7 +345,8 @@ class Pilot:
                 self._explorer = self._goal = None
                 if ended.state is State.REACHED:
                     return self._navigator.end(State.REACHED, "explored, home again")
-                return self._navigator.end(State.FAILED, "explored, not home: " + ended.reason)
+                late = "the time for the way is over, " if ended.state.has_goal else ""
+                return self._navigator.end(State.FAILED, "explored, not home: %s%s" % (late, ended.reason))
         self._chooses, self._chosen, self._refusals = True, None, 0
         return ended
 

@@ -1,8 +1,8 @@
 """Where on the map something stood that is on no map, after the robot has gone on from there.
 
-Echoes are remembered for a short time only, since wheels err: what was heard a minute ago is not where odometry has it
-now. So a robot with two ways, and a thing in each, forgot the first one on its way to the second, turned round, and so
-went to and fro. What stood still is therefore remembered on the map, for planning.
+Wheels err, so the place of an old echo is wrong after a minute. Echoes are therefore soon forgotten. But a robot with
+two ways, and a thing in each, then forgets the first one on its way to the second, turns round, and goes to and fro. So
+what stood still is remembered on the map, for planning.
 """
 
 from typing import Any

@@ -152,8 +152,9 @@ class ObstacleNumbers:
     kept_aside: float = parameter(5.0, Number(0, 600), "the same for the sides of an arc, where it rather is not", "s")
     kept_known: float = parameter(3.0, Number(0, 600), "time after which a wall's echo is forgotten", "s")
     kept_standing: float = parameter(
-        120.0, Number(0, 3600), "so long a plan leads round what stood still, once the robot is away from it", "s")
-    away: float = parameter(1.0, Number(0, 5), "it is away from what is farther from its middle", "m")
+        120.0, Number(0, 3600), "so long plans lead round what stood still, after its echoes are forgotten", "s")
+    away: float = parameter(
+        1.0, Number(0, 5), "what stood still is remembered so only farther than this from the robot's middle", "m")
     young: float = parameter(1.5, Number(0, 60), "an echo younger than this may be of somebody who walks", "s")
     proves_still: float = parameter(2.0, Number(0, 60), "what was heard in one place for this time stands still", "s")
     lost: float = parameter(

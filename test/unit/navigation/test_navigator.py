@@ -196,6 +196,13 @@ def test_it_makes_one_plan_a_packet_at_most(monkeypatch):
     assert max(counts) == 1 and sum(counts) > 3
 
 
+def test_a_goal_may_be_sent_before_anything_was_heard():
+    """Its time is 0 then, and the robot gave up at once: "no way on for 100 s"."""
+    run = Run()
+    assert run.navigator.go_to(4.5, 2.5, None, 0.0) == ""
+    assert run.until(State.REACHED, State.FAILED).state is State.REACHED
+
+
 def test_a_new_goal_takes_the_place_of_the_old_one():
     run = Run().driving((4.5, 2.5, None))
     assert run.navigator.go_to(1.0, 3.0, None, run.time) == ""

@@ -130,7 +130,7 @@ def test_the_faces_of_walls_near_a_pose():
     for half in (0.0, 0.025):
         x, y = cells_near(grid_map, edges, Pose(1.0, 2.0, math.pi), 1.5, half)
         assert len(x) and x == pytest.approx(np.full(len(x), 1.0 - 0.025 - half)), "one wall, ahead of the turned robot"
-    assert len(cells_near(grid_map, edges, Pose(-90.0, 2.0, 0.0), 1.5)[0]) == 0
+    assert len(cells_near(grid_map, edges, Pose(-90.0, 2.0, 0.0), 1.5, 0.0)[0]) == 0
 
 
 def test_a_part_of_an_arc_that_other_echoes_have_passed_is_left_out():
