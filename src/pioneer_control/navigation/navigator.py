@@ -19,8 +19,8 @@ from .chassis import Chassis, distance_outside
 from .frames import into, out_of
 from .lateness import Lateness
 from .obstacles import Obstacles, cells_near, edge_cells
-from .planning import DrivableFloor, RoutePlan, length_of
-from .steering import NOWHERE, Around, SteeringChoice, Steering
+from .planning import NOT_SLOW, DrivableFloor, RoutePlan, length_of
+from .steering import NOWHERE, Around, SteeringChoice, Steering, slowness
 from .suspected_walls import SuspectedWalls
 from .tuned import NavigationNumbers, NavigatorNumbers
 from .values import STOP, Point, Sensing, Twist
@@ -133,6 +133,22 @@ class _Task:
         self.aside = Aside(numbers)
         self.closed: List[Point] = []           # m, map frame: where it did not get through
 
+    def waited(self, kind: str, now: float) -> float:
+        """Return for how long (s) it has waited for a reason of this kind."""
+        return 0.0 if self.waiting_since is None or self.waiting_kind != kind else now - self.waiting_since
+
+    def wait(self, kind: str, now: float) -> None:
+        """Wait for a reason of this kind."""
+        if self.waiting_since is None or self.waiting_kind != kind:
+            self.go_on(now)
+            self.waiting_since, self.waiting_kind = now, kind
+
+    def go_on(self, now: float) -> None:
+        """End to wait, if it did. The time of waiting is no time without progress."""
+        if self.waiting_since is not None:
+            self.progress_at += now - self.waiting_since
+            self.waiting_since = None
+
 
 class Navigator:
     """Drives one robot to goals on one map."""
@@ -150,7 +166,7 @@ class Navigator:
         """
         self._map, self._chassis, self._numbers = grid_map, chassis, numbers
         self._through_unknown = through_unknown
-        self._floor = DrivableFloor(grid_map, chassis.half_width, numbers.planning, through_unknown)
+        self._floor = self._floor_of(grid_map)
         self._edges = edge_cells(self._floor.clearance)
         self._obstacles = Obstacles(chassis, grid_map, self._floor.clearance, numbers.obstacles)
         self._steering = Steering(chassis, numbers.steering, turns_bare=not through_unknown)
@@ -169,12 +185,20 @@ class Navigator:
     def use_map(self, grid_map: GridMap) -> None:
         """Go on with a newer map. The goal stays, and what was heard lately; the way is planned anew."""
         self._map = grid_map
-        self._floor = DrivableFloor(grid_map, self._chassis.half_width, self._numbers.planning,
-                                    self._through_unknown)
+        self._floor = self._floor_of(grid_map)
         self._edges = edge_cells(self._floor.clearance)
         self._obstacles.use_map(grid_map, self._floor.clearance)
         if self._task is not None:
             self._task.planned_at, self._task.map_plan = -math.inf, None
+
+    def _floor_of(self, grid_map: GridMap) -> DrivableFloor:
+        """Return the floor of a map.
+
+        A robot that makes its map is not slow beside what is on no map: at first all is.
+        """
+        chassis, numbers = self._chassis, self._numbers
+        slow = NOT_SLOW if self._through_unknown else slowness(numbers.steering, chassis.max_linear)
+        return DrivableFloor(grid_map, chassis.half_width, numbers.planning, self._through_unknown, slow)
 
     @property
     def acceleration_wanted(self) -> Accelerations:
@@ -275,12 +299,12 @@ class Navigator:
             return self._look_around(task, where, now)
         assert where is not None and sensing is not None
         self._place, self._place_odometry = where.pose, sensing.odometry
+        task.go_on(now)
         if task.plan is None:
             refusal = self._floor.refusal(where.pose[:2], task.goal[:2])
             if refusal:
                 return self.end(State.FAILED, refusal)
             task.progress_at = now      # the goal may be older than the first packet
-        task.waiting_since = None
         return self._drive(task, where.pose, now)
 
     def _sense(self, sensing: Optional[Sensing], pose: Optional[Pose], now: float) -> None:
@@ -335,11 +359,10 @@ class Navigator:
 
     def _wait(self, task: _Task, kind: str, decision: Decision, now: float) -> Decision:
         """Return the decision to wait; or give up, when the robot has waited for reasons of this kind for too long."""
-        if task.waiting_since is None or task.waiting_kind != kind:
-            task.waiting_since, task.waiting_kind = now, kind
-        task.progress_at += max(0.0, now - max(task.waiting_since, task.progress_at))
-        if now - task.waiting_since > self._numbers.navigator.wait:
-            return self.end(State.FAILED, "gave up after %.0f s: %s" % (now - task.waiting_since, decision.reason))
+        task.wait(kind, now)
+        waited = task.waited(kind, now)
+        if waited > self._numbers.navigator.wait:
+            return self.end(State.FAILED, "gave up after %.0f s: %s" % (waited, decision.reason))
         return decision
 
     def _look_around(self, task: _Task, where: Optional[Whereabouts], now: float) -> Decision:
@@ -353,7 +376,8 @@ class Navigator:
         twist, reckoned = STOP, self._reckoned()
         around = self._around(reckoned, now)._replace(lost=math.inf)    # the map explains no wall while it is not sure
         if around.apart >= numbers.give_way and not self._somebody_beside(reckoned, now):
-            if where is not None and where.line and _LOOKS_AHEAD < self._waited(task, now) < numbers.unsure_drive:
+            if where is not None and where.line and numbers.unsure_speed > 0.0 and (
+                    _LOOKS_AHEAD < task.waited(_LOST, now) < numbers.unsure_drive):
                 twist = self._along(where, now)
             if twist == STOP and abs(self._velocity.linear) < _STANDS and numbers.unsure_turn > 0.0:
                 rate = math.copysign(min(numbers.unsure_turn, self._chassis.max_angular), self._side(task, where, now))
@@ -380,12 +404,10 @@ class Navigator:
                                  standing_y=np.concatenate([around.standing_y, *(y for _, y in walls)]))
         live = self._obstacles.live(now - numbers.silent)
         twist = self._steering.finish(pose, self._velocity, around, live, ahead, turn_only=False).twist
-        slower = min(1.0, numbers.unsure_speed / max(abs(twist.linear), 1e-9))
-        return Twist(twist.linear * slower, twist.angular * slower if twist.linear else twist.angular)
-
-    def _waited(self, task: _Task, now: float) -> float:
-        """Return for how long (s) the robot has not known where it is."""
-        return 0.0 if task.waiting_since is None or task.waiting_kind != _LOST else now - task.waiting_since
+        if not twist.linear:
+            return Twist(0.0, float(np.clip(twist.angular, -numbers.unsure_turn, numbers.unsure_turn)))
+        slower = min(1.0, numbers.unsure_speed / abs(twist.linear))
+        return Twist(twist.linear * slower, twist.angular * slower)
 
     def _somebody_beside(self, pose: Optional[Pose], now: float) -> bool:
         """Return whether something is beside the robot that came lately, and is no wall if the robot is at a pose.
@@ -409,7 +431,7 @@ class Navigator:
         sure. If that does not tell it where it is, it turns round and round.
         """
         turned = task.last_twist.angular
-        if turned and self._waited(task, now) > _LOOKS_AHEAD or where is None or not all(
+        if turned and task.waited(_LOST, now) > _LOOKS_AHEAD or where is None or not all(
                 map(math.isfinite, where.pose)):
             return turned
         if task.map_plan is None:
@@ -473,7 +495,7 @@ class Navigator:
         unmapped = self._obstacles.unmapped(pose)
         there = [unmapped, *task.closed]
         if not self._through_unknown:       # a robot that makes its map draws there what stands
-            there.append(self._obstacles.stood(pose, now))
+            there.append(self._obstacles.note_standing(pose, now))
         plan = self._floor.past(task.map_plan, np.vstack(there), pose[:2])
         task.planned_at = now
         task.obstacle_on_way = _stands_on(unmapped, task.map_plan.points_from(pose[:2]),

@@ -5,7 +5,8 @@ from there. If not, something is there that is on no map, anywhere on the arc. I
 farther away have passed it a few times, or until its time is over. Silence forgets nothing: a slanting wall gives no
 echo and is still there.
 
-Places are kept in the frame of odometry, so that they stay right when the robot's pose on the map is corrected.
+Places are kept in the frame of odometry, so that they stay right when the robot's pose on the map is corrected. Only
+what stood still is kept longer, on the map (`standing_obstacles`).
 """
 
 import math
@@ -91,7 +92,7 @@ class Obstacles:
         self.forget()
 
     def use_map(self, grid_map: GridMap, clearance: Array) -> None:
-        """Go on with a newer map. For the arguments see the class."""
+        """Go on with a newer map. For the arguments see `__init__`."""
         self._map, self._clearance = grid_map, clearance
         self._standing.forget()
 
@@ -119,14 +120,20 @@ class Obstacles:
             stands: only what has proved to stand still.
         """
         assert self._before is not None
-        proof = self._tuned.proves_still if stands else 0.0
-        places = self._places.chosen(~self._places.mapped & (self._places.time - self._places.since >= proof))
+        places = self._places.chosen(~self._places.mapped)
+        if stands:
+            places = places.chosen(places.time - places.since >= self._tuned.proves_still)
         return np.column_stack(out_of(pose, *into(self._before.odometry, places.x, places.y)))
 
-    def stood(self, pose: Pose, now: float) -> Array:
-        """Return the places (m, map frame) of what stood still where the robot is not near any more, for it may still.
+    def note_standing(self, pose: Pose, now: float) -> Array:
+        """Note what stands still, and forget what echoes have passed since. Return what stood away from the robot.
 
-        For the argument `pose` see `unmapped`; `now`: the time (s).
+        Args:
+            pose: where the robot is (map frame).
+            now: the time (s).
+
+        Returns:
+            Places, as an array (number, 2) of x and y (m, map frame).
         """
         assert self._before is not None
         standing = self._standing

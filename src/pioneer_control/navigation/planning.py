@@ -64,6 +64,23 @@ class Net(NamedTuple):
         return csr_matrix((weights, self.end, self.row_starts), shape=(count, count))
 
 
+class Slowness(NamedTuple):
+    """How much slower than elsewhere the robot is beside what is on no map.
+
+    Attributes:
+        near: within this distance (m) of its sides it is slowest.
+        far: from this distance (m) on it is not slow.
+        cost: what a metre costs more where it is slowest; between, in proportion.
+    """
+
+    near: float
+    far: float
+    cost: float
+
+
+NOT_SLOW = Slowness(0.0, 0.0, 0.0)
+
+
 class DrivableFloor:
     """The floor that a robot may use, on one map.
 
@@ -72,7 +89,8 @@ class DrivableFloor:
         side: side (m) of a square.
     """
 
-    def __init__(self, grid_map: GridMap, half_width: float, tuned: PlanningNumbers, through_unknown: bool = False):
+    def __init__(self, grid_map: GridMap, half_width: float, tuned: PlanningNumbers, through_unknown: bool = False,
+                 slowness: Slowness = NOT_SLOW):
         """Find the squares that the robot may use.
 
         Args:
@@ -80,8 +98,9 @@ class DrivableFloor:
             half_width: half the width (m) of the robot.
             tuned: the numbers of planning.
             through_unknown: unknown cells count as free, for a robot that explores.
+            slowness: of the robot beside what is on no map.
         """
-        self._map, self._tuned = grid_map, tuned
+        self._map, self._tuned, self._half_width, self._slowness = grid_map, tuned, half_width, slowness
         self._least = half_width + tuned.squeeze
         self._wanted = half_width + tuned.keep
         passable = (grid_map.cells == FREE) | (through_unknown & (grid_map.cells == UNKNOWN))
@@ -245,7 +264,7 @@ class DrivableFloor:
     def _extra(self, obstacles: Array) -> Array:
         """Return what obstacles that are on no map add to the cost of a metre in each square that may be used.
 
-        Beside them the robot drives slowly (`steering`), so a metre there takes longer than it is long.
+        Beside them the robot may be slow, so a metre takes longer than elsewhere.
         """
         rows, columns = self._usable.shape
         row, column = (np.rint(each).astype(int) for each in self.fraction(obstacles[:, 0], obstacles[:, 1]))
@@ -253,14 +272,14 @@ class DrivableFloor:
         extra = np.zeros(self._usable.shape)
         if inside.any():
             row, column = row[inside], column[inside]
-            tuned, half_width = self._tuned, self._least - self._tuned.squeeze
-            reach = math.ceil(max(self._wanted + tuned.berth, half_width + tuned.slow_far) / self.side)
+            tuned, slowness = self._tuned, self._slowness
+            reach = math.ceil(max(self._wanted + tuned.berth, self._half_width + slowness.far) / self.side)
             low_row, low_column = max(0, row.min() - reach), max(0, column.min() - reach)
             free = np.ones((min(rows, row.max() + reach + 1) - low_row,
                             min(columns, column.max() + reach + 1) - low_column), dtype=bool)
             free[row - low_row, column - low_column] = False
             room = ndimage.distance_transform_edt(free) * self.side
-            slow = np.interp(room - half_width, (tuned.slow_near, tuned.slow_far), (tuned.slow_cost, 0.0))
+            slow = np.interp(room - self._half_width, slowness[:2], (slowness.cost, 0.0))
             extra[low_row:low_row + free.shape[0], low_column:low_column + free.shape[1]] = np.where(
                 room < self._least, tuned.obstacle_cost, self._cost_of(room) - 1.0 + slow)
         return extra[self._usable]

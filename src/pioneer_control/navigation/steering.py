@@ -15,7 +15,7 @@ import numpy as np
 from ..floor_poses import Pose, compose, wrapped
 from .chassis import Chassis, Moves, after
 from .frames import into, wrapped_angles
-from .planning import RoutePlan
+from .planning import RoutePlan, Slowness
 from .tuned import SteeringNumbers
 from .values import STOP, Twist
 
@@ -63,6 +63,16 @@ class SteeringChoice(NamedTuple):
     twist: Twist
     reason: str
     blocked: bool = False
+
+
+def slowness(tuned: SteeringNumbers, max_linear: float) -> Slowness:
+    """Return how slow a robot of this greatest speed (m/s) is beside what has stood still: that may begin to walk.
+
+    It is so slow that it stands before that could reach it; but at `passing` or less it goes by in any case.
+    """
+    slowest = min(tuned.passing, max_linear)
+    near, far = (tuned.walking * (tuned.reaction + speed / tuned.braking) for speed in (slowest, max_linear))
+    return Slowness(near, far, max_linear / slowest - 1.0)
 
 
 class Steering:

@@ -132,10 +132,6 @@ class PlanningNumbers:
         6.0, Number(0, 1000), "what a metre costs more at the distance that is kept; less farther away")
     squeeze_cost: float = parameter(8.0, Number(0, 1000), "what a metre nearer than that costs besides")
     obstacle_cost: float = parameter(40.0, Number(0, 10000), "what a metre through an obstacle costs that is on no map")
-    slow_near: float = parameter(
-        0.35, Number(0, 3), "within this distance of its sides, what is on no map makes the robot slow", "m")
-    slow_far: float = parameter(0.475, Number(0, 3), "farther away it does not; between, less and less", "m")
-    slow_cost: float = parameter(1.0, Number(0, 10), "what a metre costs more where the robot is slow for that")
     off_the_floor: float = parameter(20.0, Number(1, 1000), "cost of a metre where the robot must not be at all")
 
 
@@ -149,12 +145,13 @@ class ObstacleNumbers:
     explained_share: float = parameter(0.03, Number(0, 1), "what is added to that distance for each metre of range")
     kept: float = parameter(25.0, Number(1, 600), "time after which what is on no map is forgotten", "s")
     felt: float = parameter(60.0, Number(1, 600), "time for which a place is kept where the wheels stalled", "s")
-    kept_aside: float = parameter(5.0, Number(0, 600), "the same for the sides of an arc, where it rather is not", "s")
+    kept_aside: float = parameter(5.0, Number(0, 600), "`kept` for the two ends of an arc, where it rather is not", "s")
     kept_known: float = parameter(3.0, Number(0, 600), "time after which a wall's echo is forgotten", "s")
     kept_standing: float = parameter(
-        120.0, Number(0, 3600), "so long plans lead round what stood still, after its echoes are forgotten", "s")
+        120.0, Number(0, 3600), "time for which plans lead round what stood still, once it is not heard any more", "s")
     away: float = parameter(
-        1.0, Number(0, 5), "what stood still is remembered so only farther than this from the robot's middle", "m")
+        1.0, Number(0, 5), "they do so only farther than this from the robot's middle: nearer, it hears what is there",
+        "m")
     young: float = parameter(1.5, Number(0, 60), "an echo younger than this may be of somebody who walks", "s")
     proves_still: float = parameter(2.0, Number(0, 60), "what was heard in one place for this time stands still", "s")
     lost: float = parameter(

@@ -10,9 +10,10 @@ from pioneer_control.floor_poses import Pose, wrapped
 from pioneer_control.maps.grid_map import FREE, OCCUPIED, GridMap
 from pioneer_control.navigation import navigator
 from pioneer_control.navigation.navigator import NavigationNumbers, Navigator, Readiness, State, kind_of
-from pioneer_control.navigation.planning import DrivableFloor, RoutePlan
+from pioneer_control.navigation.planning import NOT_SLOW, DrivableFloor, RoutePlan
+from pioneer_control.navigation.steering import slowness
 from pioneer_control.navigation.suspected_walls import SuspectedWalls
-from pioneer_control.navigation.tuned import NavigatorNumbers, ObstacleNumbers
+from pioneer_control.navigation.tuned import NavigatorNumbers, ObstacleNumbers, SteeringNumbers
 from pioneer_control.navigation.values import STOP, Firing, Sensing, Twist
 
 WELL = Readiness()
@@ -289,6 +290,17 @@ def test_waiting_for_long_is_no_reason_to_give_up_after_it():
     assert run.until(State.REACHED, State.FAILED).state is State.REACHED
 
 
+def test_short_waits_do_not_lengthen_its_patience():
+    """Each packet of a wait added the whole wait to it, so it never gave up."""
+    run = Run().driving()
+    there, driven = run.pose, 0
+    while run.decision.state is not State.FAILED and run.time < 200.0:     # something holds it: no sonar hears what
+        run.step(Readiness(motors=not 2.0 < run.time % 4.0 < 3.0, may_command=run.time % 4.0 < 3.0))
+        driven += run.decision.state is State.DRIVING
+        run.pose, run.velocity = there, STOP
+    assert "no way on" in run.decision.reason and 80 < driven < 110
+
+
 def test_it_stands_when_what_it_senses_is_old_or_stops():
     run = Run().driving()
     old = run.sensing()
@@ -438,6 +450,19 @@ def test_unsure_only_of_where_along_a_corridor_it_looks_from_elsewhere_slowly_an
     assert 0.8 < max(places) < 1.4
 
 
+@pytest.mark.parametrize("speed, turns", [(0.15, 1.0), (0.0, -1.0)])
+def test_it_turns_along_a_corridor_as_slowly_as_it_looks_around_and_not_at_all_if_it_may_not_drive_there(speed, turns):
+    """The nearer way along it is to the left; to look around it turned right, to its goal."""
+    there = Pose(3.0, 2.0, 2.0)
+    run = Run(corridor(), "amigo-sh", there)
+    run.navigator = Navigator(run.walls, run.chassis, NavigationNumbers(navigator=NavigatorNumbers(unsure_speed=speed)))
+    run.driving((5.0, 2.0, None))
+    for _ in range(70):
+        run.pose, run.velocity = there, STOP
+        run.step(where=somewhere_along(run))
+    assert run.decision.twist == (0.0, pytest.approx(0.4 * turns))
+
+
 @pytest.mark.parametrize("posts, ahead, least, most", [((), 0.8, 0.9, 2.0), (WALL, 0.8, 0.3, 0.6),
                                                        ((), 2.5, 0.1, 0.3)])
 def test_along_a_corridor_it_stops_before_what_it_hears_and_where_a_wall_may_be(posts, ahead, least, most):
@@ -583,6 +608,15 @@ def test_only_on_a_map_that_is_given_it_turns_with_next_to_no_distance(makes_map
 
 
 @pytest.mark.parametrize("makes_map", [True, False])
+def test_a_robot_that_makes_its_map_is_not_slow_beside_what_is_on_no_map(makes_map, monkeypatch):
+    told = []
+    monkeypatch.setattr(navigator, "DrivableFloor", lambda *rest: told.append(rest[-1]) or DrivableFloor(*rest))
+    driver = Navigator(room(), chassis_of(), through_unknown=makes_map)
+    driver.use_map(room())
+    assert told == 2 * [NOT_SLOW if makes_map else slowness(SteeringNumbers(), 0.4)]
+
+
+@pytest.mark.parametrize("makes_map", [True, False])
 def test_on_a_map_that_is_given_a_wall_may_be_anywhere_in_its_cell(makes_map):
     """A p3at touched the tip of a wall whose cell lay 4 cm from it (1647)."""
     driver = Navigator(room(), chassis_of(), through_unknown=makes_map)
@@ -631,7 +665,7 @@ class BlockedDoor(Run):
         return min(self.navigator.plan, key=lambda point: abs(point[0] - 3.0))[1]
 
     def go_away(self, x=1.0, y=3.4):
-        """Take the posts away, and stand elsewhere for longer than echoes are kept. It hears nothing of the door."""
+        """Take the posts away, and stand elsewhere for longer than echoes are kept. Here it hears nothing of it."""
         self.navigator.cancel()
         self.posts = ()
         self.look(Pose(x, y, math.pi), 30)
@@ -651,7 +685,7 @@ def test_what_stood_in_a_way_is_remembered_longer_than_its_echoes(remembered, do
     lambda run: run.navigator.forget_obstacles(),
     lambda run: run.navigator.use_map(run.walls),
     lambda run: (run.go_away(1.0, 2.0), run.door())])       # from there it hears that the door is free
-def test_that_is_forgotten(then):
+def test_what_stood_in_a_way_is_forgotten(then):
     run = BlockedDoor()
     assert run.door() == pytest.approx(3.35, abs=0.3)
     then(run)

@@ -7,7 +7,7 @@ import pytest
 
 from pioneer_control.maps.floor_map import FloorMap
 from pioneer_control.maps.grid_map import FREE, OCCUPIED, UNKNOWN, GridMap
-from pioneer_control.navigation.planning import DrivableFloor, length_of
+from pioneer_control.navigation.planning import NOT_SLOW, DrivableFloor, Slowness, length_of
 from pioneer_control.navigation.tuned import PlanningNumbers
 
 HALF_WIDTH = 0.21
@@ -114,9 +114,9 @@ def test_the_way_leads_round_what_is_on_no_map():
     assert abs(y - 1.5) > 0.6
 
 
-@pytest.mark.parametrize("slow_cost, least, most", [(0.0, 0.4, 0.6), (1.0, 0.62, 0.9)])
-def test_a_way_keeps_farther_from_what_makes_the_robot_slow(slow_cost, least, most):
-    floor = DrivableFloor(GridMap(room(), 0.05, (0.0, 0.0)), HALF_WIDTH, PlanningNumbers(slow_cost=slow_cost))
+@pytest.mark.parametrize("slowness, least, most", [(NOT_SLOW, 0.4, 0.6), (Slowness(0.35, 0.475, 1.0), 0.62, 0.9)])
+def test_a_way_keeps_farther_from_what_makes_the_robot_slow(slowness, least, most):
+    floor = floor_of(room(), slowness=slowness)
     points = floor.past(floor.to((4.0, 1.5)), np.array([(2.5, 1.5)]), (1.0, 1.5)).points_from((1.0, 1.5))
     assert least < min(math.hypot(x - 2.5, y - 1.5) for x, y in points) < most
 

@@ -7,7 +7,7 @@ import pytest
 from floor_for_tests import chassis_of, room
 
 from pioneer_control.floor_poses import Pose
-from pioneer_control.navigation.steering import Around, Steering
+from pioneer_control.navigation.steering import Around, Steering, slowness
 from pioneer_control.navigation.planning import DrivableFloor
 from pioneer_control.navigation.tuned import PlanningNumbers, SteeringNumbers
 from pioneer_control.navigation.values import STOP, Twist
@@ -31,6 +31,18 @@ def wall(x, low=-0.5, high=0.5):
 
 def choose(goal, pose=HERE, velocity=STOP, what=None, live=ALL, steering=STEERING, blocked=0.0):
     return steering.choose(pose, velocity, what or around(), live, FLOOR.to(goal), blocked)
+
+
+def test_it_is_as_slow_beside_what_has_stood_still_as_plans_are_told():
+    near, far, _ = slowness(SteeringNumbers(), 0.4)
+    speeds = [choose((4.5, 2.0), velocity=Twist(0.4, 0.0), what=around()._replace(beside=beside)).twist.linear
+              for beside in (near - 0.01, (near + far) / 2.0, far - 0.01, far + 0.01)]
+    assert 0.0 < speeds[0] <= 0.2 < speeds[1] < speeds[2] < speeds[3] == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize("max_linear, cost", [(0.4, 1.0), (0.2, 0.0), (0.1, 0.0)])
+def test_a_slow_robot_loses_no_time_beside_what_is_on_no_map(max_linear, cost):
+    assert slowness(SteeringNumbers(), max_linear).cost == pytest.approx(cost)
 
 
 def test_it_drives_at_full_speed_to_what_lies_ahead():

@@ -382,7 +382,7 @@ def main() -> int:
         return 2
     except rospy.ROSInterruptException:
         return 0
-    gc.freeze()     # a packet would wait tens of milliseconds while all that was imported is searched for garbage
+    gc.freeze()     # all that was imported need not be searched for garbage again and again, in the middle of a packet
     why_ended = node.run()
     if why_ended:
         rospy.logfatal(why_ended)
