@@ -26,12 +26,14 @@ from pioneer_control.maps.grid_map import GridMap
 from pioneer_control.navigation.chassis import Chassis
 from pioneer_control.navigation.frames import into
 from pioneer_control.navigation.navigator import Decision, Navigator, Readiness, State
+from pioneer_control.navigation.node.parameters import NavigationParameters
 from pioneer_control.navigation.planning import DrivableFloor
 from pioneer_control.navigation.tuned import PlanningNumbers
 from pioneer_control.simulator.world.generated import with_unmapped, with_walkers
 from pioneer_control.simulator.world.people import people_of
 
-SPEED, TURN_RATE = 0.4, 1.2     # m/s, rad/s
+_PARAMETERS = NavigationParameters()
+SPEED, TURN_RATE = _PARAMETERS.max_linear, _PARAMETERS.max_angular     # m/s, rad/s: as the node drives
 LONGEST = 300.0     # s, for one goal
 WRONG = 0.5     # m: a robot that is sure and farther off than that is wrong
 

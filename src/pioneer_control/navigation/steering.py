@@ -23,7 +23,7 @@ Array = Any     # of numpy
 
 _SHARES = (0.15, 0.35, 0.6, 0.8, 1.0)   # of the greatest speed forward
 _SHARES_BACK = (0.4, 1.0)
-_SHARES_TURN = (0.15, 0.4, 1.0)
+_SHARES_TURN = (0.11, 0.3, 0.75, 1.0)   # of the greatest turn rate
 _STEP = 0.1     # s
 _ROLLS = 0.1            # m/s: a faster robot needs some way until it stands
 _BARE = 0.01                            # m: distance that slow moves keep where there is no other way
@@ -216,15 +216,16 @@ class Steering:
     def _candidates(self) -> Tuple[Array, Array, Array]:
         """Return the move, the speed and the turn rate of each candidate. The last one stands (move -1)."""
         chassis, tuned, rows = self._chassis, self._tuned, []
+        # Without `passing` among them it would go by what stands slower than it may.
+        forward = [*(share * chassis.max_linear for share in _SHARES), min(tuned.passing, chassis.max_linear)]
+        backward = [share * min(tuned.backward, chassis.max_linear) for share in _SHARES_BACK]
         for number, move in enumerate(self.moves.each):
             if move.direction == 0:
                 rows += [(number, 0.0, move.bend * share * chassis.max_angular) for share in _SHARES_TURN]
                 continue
-            shares, top = ((_SHARES, chassis.max_linear) if move.direction > 0 else
-                           (_SHARES_BACK, min(tuned.backward, chassis.max_linear)))
-            fastest = top if move.bend == 0.0 else min(top, chassis.max_angular / abs(move.bend))
-            speeds = sorted({round(min(share * top, fastest), 4) for share in shares})
-            rows += [(number, move.direction * speed, move.bend * speed) for speed in speeds]
+            fastest = math.inf if move.bend == 0.0 else chassis.max_angular / abs(move.bend)
+            speeds = {round(min(speed, fastest), 4) for speed in (forward if move.direction > 0 else backward)}
+            rows += [(number, move.direction * speed, move.bend * speed) for speed in sorted(speeds)]
         rows.append((-1, 0.0, 0.0))
         number, linear, angular = (np.array(column) for column in zip(*rows))
         return number, linear, angular

@@ -22,7 +22,7 @@ def room(rows=80, columns=120, resolution=0.05):
 def chassis_of(subtype="p3dx-sh", rear=True):
     """Return a robot as navigation knows it."""
     model = find_model(subtype).with_arrays(front=True, rear=rear)
-    return Chassis(model.sonar, model.outline(False), 0.4, 1.2)
+    return Chassis(model.sonar, model.outline(False), 0.4, 1.6)
 
 
 def firings(chassis, pose, time, posts=(), walls=None):

@@ -246,3 +246,11 @@ def test_it_may_turn_on_the_spot_only_where_it_touches_nothing(side):
     beside = around([(0.26, side * 0.31)])
     assert not steering.may_turn(side * 0.4, STOP, beside) and steering.may_turn(-side * 0.4, STOP, beside)
     assert steering.may_turn(side * 0.4, STOP, around())
+
+
+@pytest.mark.parametrize("max_linear, speed", [(0.4, 0.2), (0.15, 0.15)])
+def test_it_goes_by_what_has_stood_still_as_fast_as_it_may(max_linear, speed):
+    """One candidate is just that speed: the next lower one took 1.4 times as long."""
+    steering = Steering(chassis_of()._replace(max_linear=max_linear), SteeringNumbers())
+    beside = around()._replace(beside=0.1)
+    assert choose((4.5, 2.0), velocity=Twist(speed, 0.0), what=beside, steering=steering).twist.linear == speed
