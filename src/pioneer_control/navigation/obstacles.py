@@ -220,11 +220,14 @@ class Obstacles:
         return self._passing(self._free, x.ravel(), y.ravel()).any(axis=0).reshape(x.shape)
 
     def _passing(self, echoes: Array, x: Array, y: Array) -> Array:
-        """Return which echoes have passed which places: an array of bools with a row for each echo."""
+        """Return which echoes have passed which places: an array of bools with a row for each echo.
+
+        From so far away that an echo leaves no obstacle, it takes none away either: a smooth wall may hide the place.
+        """
         eye_x, eye_y, heading, far, _ = echoes
         along, aside = turned(x - eye_x, y - eye_y, -heading)
         return (np.abs(aside) < along * math.tan(_THROUGH)) & (
-            np.hypot(along, aside) < far - self._tuned.seen_through)
+            np.hypot(along, aside) < np.minimum(far - self._tuned.seen_through, self._tuned.heard_to))
 
     def _put(self, x: Array, y: Array, time: Array, mapped: Array, until: Array, same: Array) -> None:
         old = self._places

@@ -139,7 +139,8 @@ class PlanningNumbers:
 class ObstacleNumbers:
     """Numbers of `obstacles`."""
 
-    heard_to: float = parameter(2.0, Number(0.5, 5), "an echo from farther away leaves no obstacle", "m")
+    heard_to: float = parameter(
+        2.0, Number(0.5, 5), "an echo leaves no obstacle that is farther away, and takes none away", "m")
     cell: float = parameter(0.05, Number(0.01, 0.2), "echoes nearer to each other than about this are one", "m")
     explained: float = parameter(0.15, Number(0, 1), "an echo this near to a wall of the map comes from it", "m")
     explained_share: float = parameter(0.03, Number(0, 1), "what is added to that distance for each metre of range")

@@ -83,6 +83,16 @@ def test_echoes_from_farther_away_clear_what_they_passed_and_silence_does_not():
     assert len(near.x) == 2, "only what is beside the middle of the cone is left"
 
 
+@pytest.mark.parametrize("back, left", [(0.5, 1), (1.5, 5)])
+def test_echoes_that_passed_a_place_far_away_clear_nothing(back, left):
+    """A smooth wall may stand between: seed 1157 forgot what stood behind one, and went to and fro for 300 s."""
+    obstacles, away = memory(passes=3, kept_aside=25.0), HERE._replace(x=HERE.x - back)
+    hear(obstacles, 1.0, 1.0)
+    for time in (4.0, 4.1, 4.2):
+        hear(obstacles, 4.5, time, odometry=away, where=away)
+    assert len(obstacles.heard().x) == left
+
+
 def test_an_echo_in_the_same_place_makes_it_young_again_and_adds_none():
     obstacles = memory()
     hear(obstacles, 1.0, 1.0)
