@@ -283,7 +283,7 @@ class Localisation:
                 better = min(better, self._search.scored(others.poses[elsewhere], newest).scores[0]
                              - self._search.improved(here.poses, newest).scores[0])
             self._certainty.compare(-better)
-            if better < self._certainty.margin:
+            if better < self._certainty.margin_for(float(self._main.model.places(beams).sum())):
                 return
             if not self._certainty.accepts(self._main.model.explained(others.poses[elsewhere][0], beams)):
                 return

@@ -18,6 +18,10 @@ Array = Any     # of numpy
 
 COARSER = 4.0
 """For poses that are only roughly right, the standard deviations are so many times larger."""
+PLACE = 0.2
+"""Readings that end in one square of this side (m) are of one place."""
+NO_ECHO_AT = 1.0
+"""A reading without an echo counts as if it ended so far (m) from its sensor."""
 NEAR = 2.5
 """A reading is explained when it is within so many standard deviations of the expected range."""
 
@@ -76,6 +80,20 @@ class RangeModel:
         """
         logs = self._coarse_logs if coarse else self._fine_logs
         return logs.take(self._expected(poses, beams, coarse) * self._count + beams.measured[:, None]).T
+
+    def places(self, beams: Beams) -> Array:
+        """Return for each reading how much of a place it is: 1 / the number of readings of its place.
+
+        A thing on no map that a robot hears again and again, as it turns beside it, is one coincidence, not many. The
+        sum is the number of places.
+        """
+        silent = beams.measured == self.expected.none
+        far = np.where(silent, NO_ECHO_AT, beams.measured * self.expected.beam.unit)
+        squares = np.floor(np.stack((beams.x + far * np.cos(beams.heading),
+                                     beams.y + far * np.sin(beams.heading))) / PLACE)
+        keys = (squares[0] * 1e4 + squares[1]) * 2.0 + silent
+        _, number, count = np.unique(keys, return_inverse=True, return_counts=True)
+        return 1.0 / count[number]
 
     def explained(self, pose: Array, beams: Beams) -> Array:
         """Return for each reading 1 if a pose (x, y, heading) explains it, 0 if not, and NaN if it says nothing.

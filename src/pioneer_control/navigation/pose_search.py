@@ -24,7 +24,7 @@ class Found(NamedTuple):
     """The result of a search: poses in different places, the best first.
 
     `poses` is an array (places, 3), relative to the map, of the robot when the search began. `scores` are their mean
-    log-likelihoods per reading. `readings` is the number of readings compared.
+    log-likelihoods of a place that was heard. `readings` is the number of readings compared.
     """
 
     poses: Array
@@ -124,7 +124,9 @@ class PoseSearch:
         return moved[chosen], scores[chosen]
 
     def _scores(self, poses: Array, beams: Beams, coarse: bool) -> Array:
-        return self._model.log_likelihoods(poses, beams, coarse).mean(axis=1)
+        """Return the mean log-likelihood of the places that were heard, for each pose: each counts once."""
+        places = self._model.places(beams)
+        return self._model.log_likelihoods(poses, beams, coarse) @ (places / places.sum()).astype(np.float32)
 
 
 def spread_out(beams: Beams, count: int) -> Beams:

@@ -76,18 +76,20 @@ class LocalisationNumbers:
         20.0, Number(0.1, 1000.0), "the same when a long way has proven it, too: misfits tell sooner", "s")
     period_unsure: float = parameter(0.8, Number(0.1, 1000.0), "time between two searches while it is not", "s")
     margin: float = parameter(
-        0.25, Number(0.0, 5.0), "a pose found by a search must explain each reading better than the cloud by this")
+        0.25, Number(0.0, 5.0), "a pose found by a search must explain each place heard better than the cloud by this")
     margin_proven: float = parameter(
         0.6, Number(0.0, 5.0), "the same when a long way has proven the pose, also in doubt: after a carry it is more")
     margin_guessed: float = parameter(
         0.08, Number(0.0, 5.0), "the same while the pose is not sure, and no long way has proven it")
+    least_places: float = parameter(
+        90.0, Number(1.0, 5000.0), "when readings tell of fewer places, all these are more in proportion")
     new_readings: int = parameter(
         15, Whole(0, 5000), "a search begins only after so many new readings: standing tells nothing new")
     place_explained: float = parameter(
         0.75, Number(0.0, 1.0), "a pose found must explain at least this share of the usual share of echoes")
 
     rival_margin: float = parameter(
-        0.15, Number(-5.0, 5.0), "to become sure, the pose must explain each reading better than any elsewhere by this")
+        0.15, Number(-5.0, 5.0), "to become sure, the pose must explain each place better than any elsewhere by this")
 
     sure_position: float = parameter(0.3, Number(0.01, 5.0), "greatest spread of the cloud to be sure", "m")
     sure_heading: float = parameter(0.25, Number(0.01, 3.0), "greatest spread of the headings to be sure", "rad")

@@ -12,6 +12,7 @@ from pioneer_control.navigation.pose_cloud import Spread
 from pioneer_control.navigation.tuned import LocalisationNumbers
 
 TUNED = LocalisationNumbers(usual_explained=0.8)
+MANY = 500.0        # places
 
 
 def spread(position=0.05, heading=0.05):
@@ -207,13 +208,19 @@ def test_what_was_never_sure_is_not_proven_however_long_the_way():
 def test_a_guess_gives_way_to_what_is_a_little_better_and_a_proven_place_does_not_even_in_doubt():
     guess = Certainty(TUNED)
     guess.place(trusted=False)
-    assert guess.margin == TUNED.margin_guessed < TUNED.margin < TUNED.margin_proven
-    assert sure().margin == doubting().margin == TUNED.margin_proven
+    assert guess.margin_for(MANY) == TUNED.margin_guessed < TUNED.margin < TUNED.margin_proven
+    assert sure().margin_for(MANY) == doubting().margin_for(MANY) == TUNED.margin_proven
     for _ in range(TUNED.sure_searches):
         guess.compare(TUNED.rival_margin + 0.1)
     hear(guess, 1.0, way=TUNED.sure_way + 0.1)
     guess.judge(spread())
-    assert guess.sure and guess.margin == TUNED.margin
+    assert guess.sure and guess.margin_for(MANY) == TUNED.margin
+
+
+def test_readings_of_few_places_must_tell_the_more_for_another_pose():
+    least = TUNED.least_places
+    margins = [sure().margin_for(places) / TUNED.margin_proven for places in (3.0 * least, least, least / 2.0, 1.0)]
+    assert margins == pytest.approx([1.0, 1.0, 2.0, least])
 
 
 def test_it_searches_the_less_often_the_better_the_place_is_proven():
@@ -330,12 +337,12 @@ def test_the_longer_a_place_has_explained_the_readings_the_better_another_must_b
     for _ in range(round((TUNED.proven_way + 0.2) / 0.1)):
         hear(certainty, 1.0, way=0.1)
         certainty.judge(spread())
-        margins.append(certainty.margin)
+        margins.append(certainty.margin_for(MANY))
     assert margins == sorted(margins)
     assert margins[0] < TUNED.margin < margins[-1] == TUNED.margin_proven
-    rival = certainty.margin
+    rival = certainty.margin_for(MANY)
     certainty.compare(-0.01)        # one that looks alike makes it unsure, unless it is proven, but is not believed
-    assert certainty.margin == rival
+    assert certainty.margin_for(MANY) == rival
 
 
 def test_a_misfit_is_suspected_before_it_is_doubted():
