@@ -66,16 +66,17 @@ class Certainty:
         """Whether the readings begin to contradict a pose that is sure: somebody may have carried the robot."""
         return self.sure and self._missed >= self._tuned.suspect_missed
 
-    def margin_for(self, places: float) -> float:
-        """Return by how much another pose must explain each place better (log-likelihood), to be believed instead.
+    def margin_for(self, spots: float) -> float:
+        """Return by how much another pose must explain each spot better (log-likelihood), to be believed instead.
 
         Args:
-            places: of how many places the readings tell. The fewer there are, the better it must explain them.
+            spots: how many spots were heard, see `RangeModel.spot_shares`. The fewer there are, the better it must
+                explain them.
         """
         tuned = self._tuned
         trusted = min(1.0, self._trusted_way / tuned.proven_way)
         grown = tuned.margin_guessed + (tuned.margin_proven - tuned.margin_guessed) * trusted
-        return (max(grown, tuned.margin) if self.sure else grown) * max(1.0, tuned.least_places / places)
+        return (max(grown, tuned.margin) if self.sure else grown) * max(1.0, tuned.least_spots / max(1.0, spots))
 
     @property
     def search_period(self) -> float:
@@ -112,7 +113,7 @@ class Certainty:
         return len(said) > 0 and bool(said.mean() >= needed)
 
     def compare(self, better: float) -> None:
-        """Take how much better the pose explains each place than all poses elsewhere (log-likelihood).
+        """Take how much better the pose explains each spot than all poses elsewhere (log-likelihood).
 
         Few echoes are explained where much stands that is on no map, and where walls slant. But if search after search
         finds no place that is anything like it, the robot is there, and so few are usual here. Beside a place that is

@@ -283,16 +283,16 @@ class Localisation:
                 better = min(better, self._search.scored(others.poses[elsewhere], newest).scores[0]
                              - self._search.improved(here.poses, newest).scores[0])
             self._certainty.compare(-better)
-            if better < self._certainty.margin_for(float(self._main.model.places(beams).sum())):
+            if better < self._certainty.margin_for(others.spots):
                 return
             if not self._certainty.accepts(self._main.model.explained(others.poses[elsewhere][0], beams)):
                 return
             others = Found(np.vstack((others.poses[elsewhere], here.poses)),
-                           np.concatenate((others.scores[elsewhere], here.scores)), others.readings)
+                           np.concatenate((others.scores[elsewhere], here.scores)), others.spots)
         if self._certainty.suspects:
             self._recent.keep(self._tuned.kept_in_doubt)
         self._known = True
-        logs = others.scores * others.readings * self._tuned.weight
+        logs = others.scores * others.spots * self._tuned.weight
         self._cloud.put(others.poses, logs, 0.06, 0.05, self._tuned.particles_searching)
         rivals = [not same_place(pose, others.poses[0]) for pose in others.poses]
         better = others.scores[0] - others.scores[rivals].max(initial=-np.inf)

@@ -18,8 +18,8 @@ Array = Any     # of numpy
 
 COARSER = 4.0
 """For poses that are only roughly right, the standard deviations are so many times larger."""
-PLACE = 0.2
-"""Readings that end in one square of this side (m) are of one place."""
+SPOT = 0.2
+"""Readings that end in one square of this side (m) tell of one spot."""
 NO_ECHO_AT = 1.0
 """A reading without an echo counts as if it ended so far (m) from its sensor."""
 NEAR = 2.5
@@ -81,16 +81,16 @@ class RangeModel:
         logs = self._coarse_logs if coarse else self._fine_logs
         return logs.take(self._expected(poses, beams, coarse) * self._count + beams.measured[:, None]).T
 
-    def places(self, beams: Beams) -> Array:
-        """Return for each reading how much of a place it is: 1 / the number of readings of its place.
+    def spot_shares(self, beams: Beams) -> Array:
+        """Return the weight of each reading: 1 / the number of readings of its spot. So each spot counts once.
 
-        A thing on no map that a robot hears again and again, as it turns beside it, is one coincidence, not many. The
-        sum is the number of places.
+        A robot that turns beside a thing on no map hears it again and again. That is one coincidence, not many. The sum
+        of the weights is the number of spots.
         """
         silent = beams.measured == self.expected.none
         far = np.where(silent, NO_ECHO_AT, beams.measured * self.expected.beam.unit)
         squares = np.floor(np.stack((beams.x + far * np.cos(beams.heading),
-                                     beams.y + far * np.sin(beams.heading))) / PLACE)
+                                     beams.y + far * np.sin(beams.heading))) / SPOT)
         keys = (squares[0] * 1e4 + squares[1]) * 2.0 + silent
         _, number, count = np.unique(keys, return_inverse=True, return_counts=True)
         return 1.0 / count[number]

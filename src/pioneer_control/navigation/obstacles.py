@@ -1,9 +1,9 @@
 """Remembers echoes: what the sonar heard lately that is on no map, and the walls of the map that it heard.
 
 An echo comes from somewhere on an arc across the cone. Is a part of this arc near a wall of the map, the echo comes
-from there. If not, something is there that is on no map, anywhere on the arc. It is remembered until echoes from
-farther away have passed it a few times, or until its time is over. Silence forgets nothing: a slanting wall gives no
-echo and is still there.
+from there. If not, something is there that is on no map, anywhere on the arc. It is remembered until echoes that
+end farther away have passed it a few times while the robot is near, or until its time is over. Silence forgets nothing:
+a slanting wall gives no echo and is still there.
 
 Places are kept in the frame of odometry, so that they stay right when the robot's pose on the map is corrected. Only
 what stood still is kept longer, on the map (`standing_obstacles`).
@@ -222,7 +222,7 @@ class Obstacles:
     def _passing(self, echoes: Array, x: Array, y: Array) -> Array:
         """Return which echoes have passed which places: an array of bools with a row for each echo.
 
-        From so far away that an echo leaves no obstacle, it takes none away either: a smooth wall may hide the place.
+        An echo says nothing of a place farther away than `heard_to`: a smooth wall may stand between.
         """
         eye_x, eye_y, heading, far, _ = echoes
         along, aside = turned(x - eye_x, y - eye_y, -heading)

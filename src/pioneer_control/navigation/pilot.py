@@ -14,6 +14,7 @@ from .exploring import Explorer, NextGoal, with_driven_floor
 from .localisation import Localisation, Where
 from .mapping import Mapper
 from .navigator import Accelerations, Decision, Navigator, Readiness, State
+from .stretch import MOST_TURN
 from .tuned import NavigationNumbers
 from .values import STOP, Point, Sensing, Twist
 
@@ -169,6 +170,8 @@ class Pilot:
 
     def __init__(self, floor: Optional[FloorMap], chassis: Chassis, numbers: NavigationNumbers = NavigationNumbers(),
                  seed: int = 0, start: Pose = Pose(0.0, 0.0, 0.0)):
+        if floor is None:
+            chassis = chassis._replace(max_angular=min(chassis.max_angular, MOST_TURN))
         self._chassis, self._numbers = chassis, numbers
         self._knows: Union[KnownMap, OwnMap] = (
             OwnMap(chassis, numbers, start) if floor is None else KnownMap(floor, chassis, numbers, seed))

@@ -24,12 +24,12 @@ class Found(NamedTuple):
     """The result of a search: poses in different places, the best first.
 
     `poses` is an array (places, 3), relative to the map, of the robot when the search began. `scores` are their mean
-    log-likelihoods of a place that was heard. `readings` is the number of readings compared.
+    log-likelihoods of a spot that was heard. `spots` is the number of spots, see `RangeModel.spot_shares`.
     """
 
     poses: Array
     scores: Array
-    readings: int
+    spots: float
 
 
 class PoseSearch:
@@ -88,7 +88,7 @@ class PoseSearch:
             yield None
         scores = self._scores(best, beams, coarse=False)
         best, scores = different_places(best, scores, KEPT_THIRD)
-        yield Found(best, scores, len(beams.x))
+        yield Found(best, scores, self._spots(beams))
 
     def random_poses(self, count: int) -> Array:
         """Return random poses where the robot can stand: array (count, 3). They are all 0 if it can stand nowhere."""
@@ -104,7 +104,7 @@ class PoseSearch:
         """Return some poses with their scores for other readings, the best first."""
         scores = self._scores(poses, beams, coarse=False)
         order = np.argsort(-scores)
-        return Found(poses[order], scores[order], len(beams.x))
+        return Found(poses[order], scores[order], self._spots(beams))
 
     def improved(self, poses: Array, beams: Beams) -> Found:
         """Return the best of some poses near which the robot may be, a little moved, compared like a found pose."""
@@ -113,7 +113,7 @@ class PoseSearch:
         for spread in (0.04, 0.02):
             best, _ = self._moved(best, 8, spread, third, False)
         best, scores = _best(best, self._scores(best, beams, coarse=False), 1)
-        return Found(best, scores, len(beams.x))
+        return Found(best, scores, self._spots(beams))
 
     def _moved(self, poses: Array, copies: int, spread: float, beams: Beams, coarse: bool) -> Any:
         """Return the best of some moved copies of each pose, and their scores. `spread` is in m, and in rad."""
@@ -124,9 +124,12 @@ class PoseSearch:
         return moved[chosen], scores[chosen]
 
     def _scores(self, poses: Array, beams: Beams, coarse: bool) -> Array:
-        """Return the mean log-likelihood of the places that were heard, for each pose: each counts once."""
-        places = self._model.places(beams)
-        return self._model.log_likelihoods(poses, beams, coarse) @ (places / places.sum()).astype(np.float32)
+        """Return the mean log-likelihood of the spots that were heard, for each pose."""
+        shares = self._model.spot_shares(beams)
+        return self._model.log_likelihoods(poses, beams, coarse) @ (shares / shares.sum()).astype(np.float32)
+
+    def _spots(self, beams: Beams) -> float:
+        return float(self._model.spot_shares(beams).sum())
 
 
 def spread_out(beams: Beams, count: int) -> Beams:

@@ -156,7 +156,7 @@ class Steering:
                             max(0.04, tuned.final_gain * distance))
                 speed *= max(0.2, math.cos(2.0 * off))
                 bend = 2.0 * math.sin(off) / max(distance, 0.1)
-                wanted = Twist(-speed if back else speed, float(np.clip(speed * bend, -1.0, 1.0)))
+                wanted = Twist(-speed if back else speed, float(_within(speed * bend, self._chassis.max_angular)))
         return self._held_back(wanted, velocity, around, live, doing)
 
     def may_turn(self, rate: float, velocity: Twist, around: Around) -> bool:
@@ -208,15 +208,20 @@ class Steering:
             if velocity.linear > _ROLLS:
                 return SteeringChoice(STOP, doing)
             return SteeringChoice(STOP, "something is in the way at the goal", True)
-        # As wanted where the candidate is at least as fast, so that the last centimetres are driven smoothly.
-        if abs(self._linear[best]) >= abs(wanted.linear) - 0.05 and abs(self._angular[best] - wanted.angular) < 0.3:
+        # As wanted where a candidate is at least as fast, so that the end is driven smoothly.
+        if wanted.linear == 0.0:
+            as_wanted = (np.abs(self._angular[np.isfinite(unlike)]) >= abs(wanted.angular)).any()
+        else:
+            as_wanted = (abs(self._linear[best]) >= abs(wanted.linear) - 0.05
+                         and abs(self._angular[best] - wanted.angular) < 0.3)
+        if as_wanted:
             return SteeringChoice(wanted, doing)
         return SteeringChoice(Twist(float(self._linear[best]), float(self._angular[best])), doing)
 
     def _candidates(self) -> Tuple[Array, Array, Array]:
         """Return the move, the speed and the turn rate of each candidate. The last one stands (move -1)."""
         chassis, tuned, rows = self._chassis, self._tuned, []
-        # Without `passing` among them it would go by what stands slower than it may.
+        # With `passing` itself among them: else it would pass what stands more slowly than it may.
         forward = [*(share * chassis.max_linear for share in _SHARES), min(tuned.passing, chassis.max_linear)]
         backward = [share * min(tuned.backward, chassis.max_linear) for share in _SHARES_BACK]
         for number, move in enumerate(self.moves.each):

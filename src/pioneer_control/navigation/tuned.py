@@ -76,20 +76,20 @@ class LocalisationNumbers:
         20.0, Number(0.1, 1000.0), "the same when a long way has proven it, too: misfits tell sooner", "s")
     period_unsure: float = parameter(0.8, Number(0.1, 1000.0), "time between two searches while it is not", "s")
     margin: float = parameter(
-        0.25, Number(0.0, 5.0), "a pose found by a search must explain each place heard better than the cloud by this")
+        0.25, Number(0.0, 5.0), "a pose found by a search must explain each spot better than the cloud by this")
     margin_proven: float = parameter(
         0.6, Number(0.0, 5.0), "the same when a long way has proven the pose, also in doubt: after a carry it is more")
     margin_guessed: float = parameter(
         0.08, Number(0.0, 5.0), "the same while the pose is not sure, and no long way has proven it")
-    least_places: float = parameter(
-        90.0, Number(1.0, 5000.0), "when readings tell of fewer places, all these are more in proportion")
+    least_spots: float = parameter(
+        90.0, Number(1.0, 5000.0), "when fewer spots were heard, these are more: twice as much for half as many")
     new_readings: int = parameter(
         15, Whole(0, 5000), "a search begins only after so many new readings: standing tells nothing new")
     place_explained: float = parameter(
         0.75, Number(0.0, 1.0), "a pose found must explain at least this share of the usual share of echoes")
 
     rival_margin: float = parameter(
-        0.15, Number(-5.0, 5.0), "to become sure, the pose must explain each place better than any elsewhere by this")
+        0.15, Number(-5.0, 5.0), "to become sure, the pose must explain each spot better than any elsewhere by this")
 
     sure_position: float = parameter(0.3, Number(0.01, 5.0), "greatest spread of the cloud to be sure", "m")
     sure_heading: float = parameter(0.25, Number(0.01, 3.0), "greatest spread of the headings to be sure", "rad")
@@ -142,7 +142,7 @@ class ObstacleNumbers:
     """Numbers of `obstacles`."""
 
     heard_to: float = parameter(
-        2.0, Number(0.5, 5), "an echo leaves no obstacle that is farther away, and takes none away", "m")
+        2.0, Number(0.5, 5), "an echo neither adds nor takes away an obstacle that is farther from the sonar", "m")
     cell: float = parameter(0.05, Number(0.01, 0.2), "echoes nearer to each other than about this are one", "m")
     explained: float = parameter(0.15, Number(0, 1), "an echo this near to a wall of the map comes from it", "m")
     explained_share: float = parameter(0.03, Number(0, 1), "what is added to that distance for each metre of range")
@@ -218,7 +218,7 @@ class SteeringNumbers:
     final_turn_slowest: float = parameter(0.12, Number(0.01, 1), "its least turn rate there", "rad/s")
     final_turn_braking: float = parameter(0.7, Number(0.1, 1), "share of its angular deceleration that it uses there")
     answered: float = parameter(
-        0.08, Number(0, 1), "time from a packet to the effect of its answer, by which it tells where it comes to stand",
+        0.02, Number(0, 1), "time from a packet to the effect of its answer, by which it tells where it comes to stand",
         "s")
     final: float = parameter(0.6, Number(0.1, 2), "distance from which the robot aims at the goal itself", "m")
 

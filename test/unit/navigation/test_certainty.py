@@ -12,7 +12,7 @@ from pioneer_control.navigation.pose_cloud import Spread
 from pioneer_control.navigation.tuned import LocalisationNumbers
 
 TUNED = LocalisationNumbers(usual_explained=0.8)
-MANY = 500.0        # places
+MANY = 500.0        # spots
 
 
 def spread(position=0.05, heading=0.05):
@@ -217,9 +217,9 @@ def test_a_guess_gives_way_to_what_is_a_little_better_and_a_proven_place_does_no
     assert guess.sure and guess.margin_for(MANY) == TUNED.margin
 
 
-def test_readings_of_few_places_must_tell_the_more_for_another_pose():
-    least = TUNED.least_places
-    margins = [sure().margin_for(places) / TUNED.margin_proven for places in (3.0 * least, least, least / 2.0, 1.0)]
+def test_the_fewer_spots_were_heard_the_better_another_pose_must_be():
+    least = TUNED.least_spots
+    margins = [sure().margin_for(spots) / TUNED.margin_proven for spots in (3.0 * least, least, least / 2.0, 0.0)]
     assert margins == pytest.approx([1.0, 1.0, 2.0, least])
 
 

@@ -61,18 +61,23 @@ def test_no_echo_explains_nothing_and_contradicts_nothing():
     assert explained[:4].tolist() == [1.0, 1.0, 0.0, 0.0] and np.isnan(explained[4])
 
 
-def test_what_is_heard_of_one_place_again_and_again_counts_once():
-    """Somebody beside a robot that turned a little was heard 80 times: the robot believed to be 7 m off (1507)."""
-    beams = ahead(*[50] * 4, 51, 99, NONE, NONE)
-    assert MODEL.places(beams) == pytest.approx([0.2] * 5 + [1.0, 0.5, 0.5])
+def test_what_is_heard_again_and_again_counts_once():
+    """Somebody beside a robot that turned a little was heard 80 times: it believed that it was 7 m away (1507)."""
+    beams = ahead(*[50] * 4, 59, 99, NONE, NONE)        # two of them 0.18 m apart, in one square
+    assert MODEL.spot_shares(beams) == pytest.approx([0.2] * 5 + [1.0, 0.5, 0.5])
     moved = beams._replace(y=np.arange(8) * 0.25)
-    assert MODEL.places(moved) == pytest.approx(1.0)
+    assert MODEL.spot_shares(moved) == pytest.approx(1.0)
 
 
-def test_a_search_prefers_a_pose_that_explains_more_places_to_one_that_explains_more_readings():
+def test_silence_is_of_one_spot_when_a_sensor_looks_almost_the_same_way():
+    silent = ahead(NONE, NONE, NONE)._replace(heading=np.array([0.05, 0.15, 0.25]))
+    assert MODEL.spot_shares(silent) == pytest.approx([0.5, 0.5, 1.0])
+
+
+def test_a_search_prefers_a_pose_that_explains_more_spots_to_one_that_explains_more_readings():
     search = PoseSearch(MODEL, np.zeros((0, 2)), 0.0, LocalisationNumbers(), None)
     beams = ahead(*[49] * 20, 99, 99, 99, 99)
     beams = beams._replace(y=np.array([0.0] * 20 + [0.5, -0.5, 1.0, -1.0]))
     nearer = [3.0, 2.0, 0.0]    # 0.975 m before the wall: number 49
     found = search.scored(np.array([nearer, MIDDLE[0]]), beams)
-    assert found.poses[0].tolist() == MIDDLE[0].tolist() and found.readings == 24
+    assert found.poses[0].tolist() == MIDDLE[0].tolist() and found.spots == 5.0

@@ -39,7 +39,7 @@ class Drive:
         world = World("room", walls, starts=[START])
         self.firmware = Firmware(MODEL, world, gripper=False)
         self.pilot = Pilot(floor_map_of(world) if with_map else None,
-                           Chassis(MODEL.sonar, MODEL.outline(False), 0.4, 1.0), seed=1)
+                           Chassis(MODEL.sonar, MODEL.outline(False), 0.4, 1.6), seed=1)
         self._decoder, self._odometry = p2os.FrameDecoder(), Odometry(
             MODEL.dist_mm_per_unit, MODEL.angle_units_per_rev)
         for step in (p2os.SYNC0, p2os.SYNC1, p2os.SYNC2):
@@ -210,8 +210,21 @@ def test_exploring_ends_when_somebody_wants_it_and_a_known_map_needs_none(drive)
         own.pilot.start_anywhere()
 
 
+@pytest.mark.parametrize("with_map, fastest", [(True, 1.6), (False, 1.2)])
+def test_a_robot_that_makes_its_map_turns_slower_so_that_it_hears_meanwhile(with_map, fastest):
+    drive = Drive(with_map)
+    if with_map:
+        drive.pilot.start_at(Pose(*START), 0.1, 0.05)
+    for _ in range(20):
+        drive.step()
+    here = drive.pilot.step.where.pose
+    assert drive.pilot.go_to(here._replace(heading=here.heading + 3.0)) == ""
+    rates = [abs(drive.step().twist.angular) for _ in range(40)]
+    assert max(rates) == pytest.approx(fastest)
+
+
 def test_on_its_own_map_the_robot_may_go_wherever_it_has_been():
-    own = OwnMap(Chassis(MODEL.sonar, MODEL.outline(False), 0.4, 1.0), NavigationNumbers(), Pose(1.0, 2.0, 0.0))
+    own = OwnMap(Chassis(MODEL.sonar, MODEL.outline(False), 0.4, 1.6), NavigationNumbers(), Pose(1.0, 2.0, 0.0))
     for number in range(31):
         own.sense(Sensing(0.1 * number, Pose(0.1 * number, 0.0, 0.0), ()))
     assert own.grid.at(2.5, 2.0) == UNKNOWN

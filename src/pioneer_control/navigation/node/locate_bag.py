@@ -35,6 +35,7 @@ from .map_saver import write_map
 from ..navigator import Readiness
 from ..pilot import Pilot, PilotStep
 from ..senses import Senses
+from .parameters import NavigationParameters
 from .messages import body_of, cloud_message, header_of, map_message, odom_on_map, pose2d, pose_with_covariance
 
 FRAME = "map"
@@ -114,14 +115,15 @@ def robot_of(path: str, wanted: str, model: str) -> BagRobot:
         raise UsageError("%s has %s robots with sonar%s (%s): name one with --robot" % (
             path, len(names), " named %r" % wanted if wanted else "", told))
     info, frame = infos.get(names[0]), odom_frame_of(path, names[0])
+    speeds = NavigationParameters.max_linear, NavigationParameters.max_angular
     if model or info is None:
         if not model:
             raise UsageError("%s does not say where the transducers look (it has no robot_info): name its model,"
                              " --model p3dx-sh for example" % path)
         found = find_model(model)
-        return BagRobot(names[0], Chassis(found.sonar, found.outline(False), 0.4, 1.0),
+        return BagRobot(names[0], Chassis(found.sonar, found.outline(False), *speeds),
                         found if info is None else None, frame)
-    return BagRobot(names[0], Chassis(*body_of(info), 0.4, 1.0), None, frame)
+    return BagRobot(names[0], Chassis(*body_of(info), *speeds), None, frame)
 
 
 class Locator:
