@@ -34,10 +34,14 @@ class Lately:
 
 
 class Delay:
-    """How long messages of one sender need, by stamps of a clock that may be wrong by any time that stays the same."""
+    """How long messages of one sender need, by stamps of a clock that may be wrong by any time that stays the same.
+
+    Attributes:
+        least: how long (s) the quickest of the last seconds needed, if both clocks are right.
+    """
 
     def __init__(self) -> None:
-        self._quickest = Lately(COMPARED)
+        self._quickest, self.least = Lately(COMPARED), 0.0
 
     def of(self, stamp: float, now: float) -> float:
         """Return how much longer (s) a message needed than the quickest of the last seconds.
@@ -46,14 +50,19 @@ class Delay:
             stamp: of the message (s).
             now: the time (s) at which it is heard.
         """
-        return now - stamp + self._quickest.most(stamp - now, now)
+        self.least = -self._quickest.most(stamp - now, now)
+        return now - stamp - self.least
 
 
 class Lateness:
-    """Of the answers to one robot: its packets come late, or some do not come at all."""
+    """Of the answers to one robot: its packets come late, or some do not come at all.
+
+    Attributes:
+        late: what `of` returned last (s).
+    """
 
     def __init__(self) -> None:
-        self._before = math.inf
+        self._before, self.late = math.inf, 0.0
         self._worst = Lately(EXPECTED)
 
     def of(self, time: float, now: float) -> float:
@@ -67,4 +76,5 @@ class Lateness:
             now: the time (s) at which it is answered.
         """
         late, self._before = max(0.0, now + (now - time) - self._before - USUAL), time
-        return self._worst.most(late, now)
+        self.late = self._worst.most(late, now)
+        return self.late

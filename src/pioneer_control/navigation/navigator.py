@@ -57,6 +57,10 @@ class Whereabouts(Protocol):
         """Poses along a line on which the robot is for certain, when only where on it is not sure; else empty."""
 
 
+SLOW_LINE = 0.06
+"""Time (s) that a packet needs on a serial line of 9600 baud."""
+
+
 class Readiness(NamedTuple):
     """What lets the robot move, and how soon it reacts.
 
@@ -65,12 +69,14 @@ class Readiness(NamedTuple):
         may_command: nobody else has the helm.
         motors: motor power is on.
         late: how much later (s) than the quickest of the last seconds the newest packet came.
+        on_the_way: how long (s) a packet is on the way from the robot to here; `SLOW_LINE`, if nobody knows.
     """
 
     stalled: bool = False
     may_command: bool = True
     motors: bool = True
     late: float = 0.0
+    on_the_way: float = SLOW_LINE
 
 
 class State(enum.Enum):
@@ -174,7 +180,8 @@ class Navigator:
         self._ended = Decision(STOP, State.IDLE, "no goal")
         self._last: Optional[Sensing] = None
         self._velocity = STOP
-        self._lateness, self._late = Lateness(), 0.0    # s, how much later than usual it may react now
+        self._lateness = Lateness()
+        self._answer = SLOW_LINE        # s, from a packet to the effect of its answer
         self._here: Optional[Point] = None              # m, map frame; None while it is not sure
         self._place: Optional[Pose] = None              # where it was sure to be last on its way
         self._place_odometry = Pose(0.0, 0.0, 0.0)      # its odometry there
@@ -209,7 +216,7 @@ class Navigator:
     @property
     def late(self) -> float:
         """How much later (s) than usual the robot reacts now: its packets come late, or are not answered."""
-        return self._late
+        return self._lateness.late
 
     @property
     def plan(self) -> List[Point]:
@@ -284,6 +291,7 @@ class Navigator:
         sure = where is not None and where.sure and all(map(math.isfinite, where.pose))
         self._here = where.pose[:2] if where is not None and sure else None
         self._sense(sensing, where.pose if where is not None and sure else None, now)
+        self._answer = readiness.on_the_way + self._numbers.steering.answered
         if readiness.stalled:
             self._feel_stall(now)
         task = self._task
@@ -322,7 +330,8 @@ class Navigator:
             turned = wrapped(sensing.odometry.heading - last.odometry.heading)
             self._velocity = Twist(float(along) / time, turned / time)
         self._obstacles.hear(sensing, pose)
-        self._last, self._late = sensing, self._lateness.of(sensing.time, now)
+        self._last = sensing
+        self._lateness.of(sensing.time, now)
         self._suspected.drive(sensing.odometry)
         if not self._trail or _apart(sensing.odometry, self._trail[-1]) > _TRAIL_STEP or abs(
                 wrapped(sensing.odometry.heading - self._trail[-1].heading)) > _TRAIL_STEP:
@@ -511,7 +520,7 @@ class Navigator:
         numbers, goal, plan = self._numbers.steering, task.goal, task.plan
         assert plan is not None
         distance = _apart(goal, pose)
-        stands_at = self._steering.stands_at(pose, self._velocity, task.last_twist)
+        stands_at = self._steering.stands_at(pose, self._velocity, task.last_twist, self._answer)
         near = numbers.arrived_at_last if now - task.progress_at > self._numbers.navigator.slow else numbers.arrived
         task.at_goal = _apart(goal, stands_at) < (2.5 * numbers.arrived + 0.03 if task.at_goal else near)
         if task.at_goal:
@@ -574,7 +583,7 @@ class Navigator:
         if self._through_unknown:
             more_x, more_y = self._suspected.places(all_x, all_y, self._obstacles.looks(), self._last.odometry)
             all_x, all_y = np.append(all_x, more_x), np.append(all_y, more_y)
-        return Around(all_x, all_y, x[walking], y[walking], apart, beside, left, self._late)
+        return Around(all_x, all_y, x[walking], y[walking], apart, beside, left, self.late, self._answer)
 
 
 def _apart(one: Pose, other: Pose) -> float:

@@ -45,6 +45,7 @@ class Around(NamedTuple):
         lost: the same to the nearest place on no map that had not proved to stand still when it was last heard, some
             seconds ago: who was there may be where no transducer looks, at the side and behind.
         late: how much later than usual the robot may react (s).
+        answer: time from a packet to the effect of its answer (s).
     """
 
     standing_x: Array
@@ -55,6 +56,7 @@ class Around(NamedTuple):
     beside: float = math.inf
     lost: float = math.inf
     late: float = 0.0
+    answer: float = 0.0
 
 
 class SteeringChoice(NamedTuple):
@@ -144,12 +146,12 @@ class Steering:
         distance = math.hypot(along, aside)
         doing = "at the goal, turning to its heading" if turn_only else "finishing, straight to the goal"
         if turn_only:
-            wanted = self._turn_by(wrapped(goal.heading - pose.heading), velocity)
+            wanted = self._turn_by(wrapped(goal.heading - pose.heading), velocity, around.answer)
         else:
             back = along < 0.0 and distance < 0.25
             off = math.atan2(-aside, -along) if back else math.atan2(aside, along)
             if abs(off) > 0.5:
-                wanted = self._turn_by(off, velocity)
+                wanted = self._turn_by(off, velocity, around.answer)
             else:
                 top = tuned.backward if back else self._chassis.max_linear
                 speed = min(top, math.sqrt(2.0 * 0.6 * tuned.braking * distance),
@@ -168,24 +170,25 @@ class Steering:
         turns = (self._linear == 0.0) & (self._angular * rate > 0.0) & (np.abs(self._angular) >= abs(rate) - 1e-6)
         return bool(allowed[turns & (np.abs(self._angular) == np.abs(self._angular[turns]).min(initial=9.0))].any())
 
-    def stands_at(self, pose: Pose, velocity: Twist, told: Twist) -> Pose:
+    def stands_at(self, pose: Pose, velocity: Twist, told: Twist, answer: float) -> Pose:
         """Return where the robot stands (map frame) if it is told to stop now.
 
         Args:
             pose: where it is (map frame).
             velocity: its mean velocity since the packet before.
             told: what it was told at that packet. It is nearer to it by now.
+            answer: time (s) until it does what it is told now.
         """
         tuned = self._tuned
         linear = velocity.linear + float(_within(told.linear - velocity.linear, tuned.braking * _HALF))
         angular = velocity.angular + float(_within(told.angular - velocity.angular, tuned.turn_acceleration * _HALF))
-        return compose(pose, Pose(linear * tuned.answered + linear * abs(linear) / (2.0 * tuned.braking), 0.0,
-                                  angular * tuned.answered + angular * abs(angular) / (2.0 * tuned.turn_acceleration)))
+        return compose(pose, Pose(linear * answer + linear * abs(linear) / (2.0 * tuned.braking), 0.0,
+                                  angular * answer + angular * abs(angular) / (2.0 * tuned.turn_acceleration)))
 
-    def _turn_by(self, angle: float, velocity: Twist) -> Twist:
-        """Return the turn by an angle (rad) that brakes in time."""
+    def _turn_by(self, angle: float, velocity: Twist, answer: float) -> Twist:
+        """Return the turn by an angle (rad) that brakes in time. For the other arguments see `stands_at`."""
         tuned = self._tuned
-        left = angle - velocity.angular * tuned.answered
+        left = angle - velocity.angular * answer
         rate = min(self._chassis.max_angular, max(tuned.final_turn_slowest, min(
             tuned.final_turn_gain * abs(left),
             math.sqrt(2.0 * tuned.final_turn_braking * tuned.turn_acceleration * abs(left)))))

@@ -218,8 +218,7 @@ class SteeringNumbers:
     final_turn_slowest: float = parameter(0.12, Number(0.01, 1), "its least turn rate there", "rad/s")
     final_turn_braking: float = parameter(0.7, Number(0.1, 1), "share of its angular deceleration that it uses there")
     answered: float = parameter(
-        0.08, Number(0, 1), "time from a packet to the effect of its answer, by which it tells where it comes to stand",
-        "s")
+        0.02, Number(0, 1), "time from the arrival of a packet to the effect of its answer", "s")
     final: float = parameter(0.6, Number(0.1, 2), "distance from which the robot aims at the goal itself", "m")
 
 

@@ -10,6 +10,7 @@ from rospy import Time
 from std_msgs.msg import Header
 
 from pioneer_control.msg import SonarArray
+from pioneer_control.navigation.navigator import SLOW_LINE
 from pioneer_control.navigation.node import hearing
 
 
@@ -56,6 +57,20 @@ def test_a_message_is_late_beside_the_quickest_whatever_the_clocks_say(hear):
 
 def test_after_a_jump_of_time_nothing_is_late(hear):
     assert hear((100.0, 10.0), (90.0, 10.1), (90.1, 10.2))[1] == [0.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize("needed, on_the_way", [
+    (0.004, 0.004), (0.09, 0.09), (-0.5, SLOW_LINE), (3.0, SLOW_LINE)])
+def test_how_long_a_message_is_on_the_way_is_believed_unless_clocks_differ(monkeypatch, needed, on_the_way):
+    """Stamps say that it came so long (s) after it was sent."""
+    now = [10.0]
+    monkeypatch.setattr(hearing.rospy, "get_time", lambda: now[0])
+    robot = hearing.Hearing([0], threading.Lock(), lambda sensed: None)
+    assert robot.readiness.on_the_way == SLOW_LINE
+    for late in (0.0, 0.3, 0.01):
+        now[0] += 0.1
+        robot._hear_sonar(SonarArray(header=Header(stamp=Time.from_sec(now[0] - needed - late)), ranges=[1.0]))
+    assert robot.readiness.on_the_way == pytest.approx(on_the_way)
 
 
 @pytest.mark.parametrize("goes_on, named", [

@@ -92,6 +92,17 @@ def test_it_begins_to_turn_to_the_heading_of_the_goal_while_it_brakes():
     assert math.hypot(run.pose.x - 4.0, run.pose.y - 2.0) < 0.05 and abs(run.pose.heading - 2.0) < 0.05
 
 
+def test_on_a_slow_line_it_begins_to_brake_at_the_goal_earlier():
+    """By the way in 0.1 s at the 0.1 m/s or more that it has there."""
+    ends = []
+    for on_the_way in (0.0, 0.1):
+        run = Run(start=Pose(2.0, 2.0, 0.0)).driving((4.0, 2.0, 2.0))
+        while run.step(Readiness(on_the_way=on_the_way)).twist.linear > 0.0:
+            pass
+        ends.append(run.pose.x)
+    assert ends[0] - ends[1] > 0.01
+
+
 def test_it_drives_round_what_is_on_no_map():
     post = (2.75, 1.75)
     run, nearest = Run(posts=[post]).driving(), math.inf

@@ -22,7 +22,7 @@ HERE = Pose(1.5, 2.0, 0.0)
 def around(standing=(), walking=()):
     columns = [np.array([point[axis] for point in points], dtype=float)
                for points in (standing, walking) for axis in (0, 1)]
-    return Around(*columns)
+    return Around(*columns, answer=0.08)
 
 
 def wall(x, low=-0.5, high=0.5):
@@ -203,7 +203,7 @@ def test_the_turn_to_a_heading_takes_not_much_longer_than_it_must_and_ends_in_it
     pose, velocity, told, time = Pose(1.5, 2.0, 0.0), STOP, STOP, 0.0
     faster = 0.1 * SteeringNumbers().turn_acceleration
     while True:
-        off = turn - STEERING.stands_at(pose, velocity, told).heading
+        off = turn - STEERING.stands_at(pose, velocity, told, 0.08).heading
         if abs(off) < 0.03 and abs(velocity.angular) < 0.05:
             break
         told = STOP if abs(off) < 0.03 else STEERING.finish(
@@ -223,10 +223,11 @@ def test_a_robot_that_still_rolls_does_not_turn_where_it_would_touch_as_it_stand
 
 
 def test_it_tells_where_it_comes_to_stand():
-    assert STEERING.stands_at(HERE, STOP, STOP) == HERE
-    x, _, heading = STEERING.stands_at(HERE, Twist(0.4, 1.2), Twist(0.4, 1.2))
+    assert STEERING.stands_at(HERE, STOP, STOP, 0.08) == HERE
+    x, _, heading = STEERING.stands_at(HERE, Twist(0.4, 1.2), Twist(0.4, 1.2), 0.08)
     assert 0.1 < x - HERE.x < 0.2 and 0.24 < heading < 0.5
-    assert STEERING.stands_at(HERE, Twist(0.4, 0.0), STOP).x < x, "it brakes already"
+    assert STEERING.stands_at(HERE, Twist(0.4, 0.0), STOP, 0.08).x < x, "it brakes already"
+    assert STEERING.stands_at(HERE, Twist(0.4, 1.2), Twist(0.4, 1.2), 0.02).x == pytest.approx(x - 0.06 * 0.4, abs=2e-3)
 
 
 def test_at_the_goal_it_does_not_turn_into_what_is_near():

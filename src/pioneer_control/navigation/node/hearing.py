@@ -10,7 +10,7 @@ from nav_msgs.msg import Odometry
 from ...errors import PioneerError
 from ...msg import Helm, MotorState, RobotInfo, SonarArray, Stall
 from ..lateness import Delay
-from ..navigator import Readiness
+from ..navigator import SLOW_LINE, Readiness
 from ..senses import SHORTEST, Senses
 from ..steady_time import SteadyTime
 from ..values import Sensing
@@ -22,6 +22,8 @@ STANDS = 0.3
 """Time (s) in which messages come without newer stamps, after which time stands still."""
 WAITING = 2
 """Most messages of a topic that wait to be heard: on a busy computer old ones are dropped. Each repeats all ranges."""
+SLOWEST_LINE = 0.15
+"""A packet is not on the way for longer than this (s): if stamps say so, two clocks differ."""
 JUMP_QUIET = 10.0
 """Time (s) after the log has told of a jump of time in which it tells only of one more than twice as long."""
 
@@ -35,7 +37,7 @@ class Hearing:
         on_sensed: called with the lock held for what was sensed, oldest first. Usually it is one.
 
     Attributes:
-        readiness: whether the robot may move, and how late its messages are.
+        readiness: whether the robot may move, how late its messages are, and how long they need.
         heard_at: when something new was sensed last (monotonic, s).
     """
 
@@ -96,7 +98,9 @@ class Hearing:
         self._came_at = self._said_at[what] = monotonic()
         time = self._time.of(message.header.stamp.to_sec(), self._came_at)
         late = self._delay.of(time, rospy.get_time() + self._time.offset)
-        self.readiness = self.readiness._replace(late=late)
+        least = self._delay.least
+        on_the_way = least if 0.0 <= least <= SLOWEST_LINE else SLOW_LINE
+        self.readiness = self.readiness._replace(late=late, on_the_way=on_the_way)
         if time > self._newest + SHORTEST:
             self._newest, self._ticked_at = time, self._came_at
         jump = self._time.jump
