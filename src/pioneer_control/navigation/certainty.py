@@ -66,17 +66,24 @@ class Certainty:
         """Whether the readings begin to contradict a pose that is sure: somebody may have carried the robot."""
         return self.sure and self._missed >= self._tuned.suspect_missed
 
-    def margin_for(self, spots: float) -> float:
-        """Return by how much another pose must explain each spot better (log-likelihood), to be believed instead.
-
-        Args:
-            spots: how many spots were heard, see `RangeModel.spot_shares`. The fewer there are, the better it must
-                explain them.
-        """
+    @property
+    def margin(self) -> float:
+        """By how much another pose must explain each spot better (log-likelihood), to raise a doubt."""
         tuned = self._tuned
         trusted = min(1.0, self._trusted_way / tuned.proven_way)
         grown = tuned.margin_guessed + (tuned.margin_proven - tuned.margin_guessed) * trusted
-        return (max(grown, tuned.margin) if self.sure else grown) * max(1.0, tuned.least_spots / max(1.0, spots))
+        return max(grown, tuned.margin) if self.sure else grown
+
+    def caution(self, spots: float) -> float:
+        """Return how many times more (1 at least) poses must differ where so few spots were heard.
+
+        See `RangeModel.spot_shares`.
+        """
+        return max(1.0, self._tuned.least_spots / max(1.0, spots))
+
+    def doubt(self) -> None:
+        """From now on the readings contradict the pose."""
+        self._missed = self._tuned.unsure_missed
 
     @property
     def search_period(self) -> float:
@@ -112,14 +119,14 @@ class Certainty:
             needed = min(needed, self.explained)
         return len(said) > 0 and bool(said.mean() >= needed)
 
-    def compare(self, better: float) -> None:
-        """Take how much better the pose explains each spot than all poses elsewhere (log-likelihood).
+    def compare(self, better: float, spots: float) -> None:
+        """Take how much better the pose explains each of some spots than all poses elsewhere (log-likelihood).
 
         Few echoes are explained where much stands that is on no map, and where walls slant. But if search after search
         finds no place that is anything like it, the robot is there, and so few are usual here. Beside a place that is
         sure or proven, others may look alike, but not better.
         """
-        alone = better > (0.0 if self.sure or self.proven else self._tuned.rival_margin)
+        alone = better > (0.0 if self.sure or self.proven else self._tuned.rival_margin * self.caution(spots))
         self._unique = self._unique + 1 if alone else 0
         self._upheld = self._upheld + 1 if alone and not self.sure else 0
         if self._upheld >= self._tuned.upheld_searches:

@@ -282,10 +282,13 @@ class Localisation:
                 newest = beams.some(slice(-len(beams.x) // 4, None))
                 better = min(better, self._search.scored(others.poses[elsewhere], newest).scores[0]
                              - self._search.improved(here.poses, newest).scores[0])
-            self._certainty.compare(-better)
-            if better < self._certainty.margin_for(others.spots):
+            self._certainty.compare(-better, others.spots)
+            margin = self._certainty.margin
+            if better < margin or not self._certainty.accepts(
+                    self._main.model.explained(others.poses[elsewhere][0], beams)):
                 return
-            if not self._certainty.accepts(self._main.model.explained(others.poses[elsewhere][0], beams)):
+            if better < margin * self._certainty.caution(others.spots):
+                self._certainty.doubt()
                 return
             others = Found(np.vstack((others.poses[elsewhere], here.poses)),
                            np.concatenate((others.scores[elsewhere], here.scores)), others.spots)

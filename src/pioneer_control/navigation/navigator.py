@@ -20,7 +20,7 @@ from .frames import into, out_of
 from .lateness import Lateness
 from .obstacles import Obstacles, cells_near, edge_cells
 from .planning import NOT_SLOW, DrivableFloor, RoutePlan, length_of
-from .steering import NOWHERE, Around, SteeringChoice, Steering, slowness
+from .steering import NOBODY, NOWHERE, Around, SteeringChoice, Steering, slowness
 from .suspected_walls import SuspectedWalls
 from .tuned import NavigationNumbers, NavigatorNumbers
 from .values import STOP, Point, Sensing, Twist
@@ -384,7 +384,7 @@ class Navigator:
         reason = _LOST if where is None or not where.reason else where.reason
         twist, reckoned = STOP, self._reckoned()
         around = self._around(reckoned, now)._replace(lost=math.inf)    # the map explains no wall while it is not sure
-        if around.apart >= numbers.give_way and not self._somebody_beside(reckoned, now):
+        if around.apart.flat[0] >= numbers.give_way and not self._somebody_beside(reckoned, now):
             if where is not None and where.line and numbers.unsure_speed > 0.0 and (
                     _LOOKS_AHEAD < task.waited(_LOST, now) < numbers.unsure_drive):
                 twist = self._along(where, now)
@@ -458,7 +458,7 @@ class Navigator:
             return self.end(State.FAILED, "gave up: no way on for %.0f s%s, %.2f m from the goal" % (
                 now - task.progress_at, aside, _apart(task.goal, pose)))
         around, live = self._around(pose, now), self._obstacles.live(now - numbers.navigator.silent)
-        if around.apart < numbers.navigator.give_way:
+        if around.apart.flat[0] < numbers.navigator.give_way:
             return Decision(STOP, State.WAITING, _GIVING_WAY)
         assert task.plan is not None
         task.way = task.plan.points_from(pose[:2])
@@ -575,15 +575,14 @@ class Navigator:
         walking = ~places.mapped & (now - places.time < tuned.young)
         unproven = ~places.mapped & (now - places.since < tuned.proves_still)
         lost = ~places.mapped & (places.time - places.since < tuned.proves_still) & (now - places.time < tuned.lost)
-        off = distance_outside(self._chassis.outline, x, y)
-        apart, beside, left = (math.inf if self._through_unknown else float(off[which].min(initial=math.inf))
+        apart, beside, left = (NOBODY if self._through_unknown else self._steering.apart(x, y, which)
                                for which in (unproven, walking, lost))
         wall_x, wall_y = (np.zeros(0),) * 2 if pose is None else self._walls_near(pose)
         all_x, all_y = np.append(x, wall_x), np.append(y, wall_y)
         if self._through_unknown:
             more_x, more_y = self._suspected.places(all_x, all_y, self._obstacles.looks(), self._last.odometry)
             all_x, all_y = np.append(all_x, more_x), np.append(all_y, more_y)
-        return Around(all_x, all_y, x[walking], y[walking], apart, beside, left, self.late, self._answer)
+        return Around(all_x, all_y, x[walking], y[walking], apart, beside, left.flat[0], self.late, self._answer)
 
 
 def _apart(one: Pose, other: Pose) -> float:

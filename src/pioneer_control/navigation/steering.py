@@ -8,16 +8,16 @@ by. Among the allowed ones, the cost to go from where each leads decides.
 """
 
 import math
-from typing import Any, Iterable, NamedTuple, Optional, Tuple
+from typing import Any, Iterable, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
 from ..floor_poses import Pose, compose, wrapped
-from .chassis import Chassis, Moves, after
+from .chassis import Chassis, Moves, after, distance_outside
 from .frames import into, wrapped_angles
 from .planning import RoutePlan, Slowness
 from .tuned import SteeringNumbers
-from .values import STOP, Twist
+from .values import STOP, Point, Twist
 
 Array = Any     # of numpy
 
@@ -32,6 +32,7 @@ _HALF = 0.05            # s: half the time from one packet to the next
 _AHEAD = (0.08, 0.16, 0.24)             # m, rad: poses of a move that are compared with where the robot was
 _SAME = 0.03, 0.06                      # m, rad: so near to such a pose it was there
 NOWHERE = np.zeros((0, 3))
+NOBODY = np.array(math.inf)
 
 
 class Around(NamedTuple):
@@ -40,10 +41,10 @@ class Around(NamedTuple):
     Attributes:
         standing_x, standing_y: all that is there: each echo that is remembered, and the walls of the map.
         walking_x, walking_y: of these, echoes of the last moments that no wall of the map explains: it may walk.
-        apart: distance from the outline to the nearest place on no map that has not yet proved to stand still.
+        apart: distances to the nearest place on no map that has not yet proved to stand still, see `Steering.apart`.
         beside: the same to the nearest place on no map that was heard in the last moments, also one that stands still.
-        lost: the same to the nearest place on no map that had not proved to stand still when it was last heard, some
-            seconds ago: who was there may be where no transducer looks, at the side and behind.
+        lost: distance from the outline to the nearest place on no map that had not proved to stand still when it was
+            last heard, some seconds ago: who was there may be where no transducer looks, at the side and behind.
         late: how much later than usual the robot may react (s).
         answer: time from a packet to the effect of its answer (s).
     """
@@ -52,8 +53,8 @@ class Around(NamedTuple):
     standing_y: Array
     walking_x: Array
     walking_y: Array
-    apart: float = math.inf
-    beside: float = math.inf
+    apart: Array = NOBODY
+    beside: Array = NOBODY
     lost: float = math.inf
     late: float = 0.0
     answer: float = 0.0
@@ -96,6 +97,9 @@ class Steering:
         self._narrow = Moves(chassis._replace(outline=tuple((x, y * narrower) for x, y in chassis.outline)), _BARE)
         self._poses = np.array([[after(move, way) for way in _AHEAD] for move in self.moves.each])
         self._number, self._linear, self._angular = self._candidates()
+        ahead = np.maximum(self._linear, 0.0)
+        way = ahead * tuned.reaction + ahead ** 2 / (2.0 * tuned.braking)
+        self._outlines, self._sweep = _swept(chassis.outline, way)
 
     def choose(self, pose: Pose, velocity: Twist, around: Around, live: Iterable[int], plan: RoutePlan,
                blocked: float = 0.0, told: Twist = STOP, trail: Array = NOWHERE) -> SteeringChoice:
@@ -160,6 +164,20 @@ class Steering:
                 bend = 2.0 * math.sin(off) / max(distance, 0.1)
                 wanted = Twist(-speed if back else speed, float(_within(speed * bend, self._chassis.max_angular)))
         return self._held_back(wanted, velocity, around, live, doing)
+
+    def apart(self, x: Array, y: Array, which: Array) -> Array:
+        """Return distances (m) to the nearest of some places, infinite without one, as an array.
+
+        The first is that from the outline. Each other one is that from all the floor which the robot covers until it
+        stands, if it goes on ahead at one of its speeds: somebody ahead and aside walks, and it drives, to where they
+        meet.
+
+        Args:
+            x, y: the places (m, robot's frame).
+            which: which of them count (bool).
+        """
+        x, y = x[which], y[which]
+        return np.array([distance_outside(each, x, y).min(initial=math.inf) for each in self._outlines])
 
     def may_turn(self, rate: float, velocity: Twist, around: Around) -> bool:
         """Return whether the slowest turn on the spot is allowed that is at least as fast as a rate (rad/s).
@@ -268,11 +286,13 @@ class Steering:
         reaction = tuned.reaction + around.late
         needed = speed * reaction + speed ** 2 / (2.0 * braking) + tuned.spare
         coming = tuned.walking * (reaction + speed / braking)      # how far somebody walks until it stands
+        apart, beside = (np.broadcast_to(each, len(self._outlines))[self._sweep]
+                         for each in (around.apart, around.beside))
         allowed = ((standing[self._number] > needed) & (walking[self._number] > needed + np.where(turn, 0.0, coming))
-                   & (coming < np.where(self._linear > 0.0, around.apart, min(around.apart, around.lost)))
+                   & (coming < np.where(self._linear > 0.0, apart, np.minimum(apart, around.lost)))
                    & self.moves.covered(live)[self._number])
         # What has stood still may be somebody, who begins to walk.
-        allowed &= (np.abs(self._linear) <= tuned.passing) | (coming < around.beside)
+        allowed &= (np.abs(self._linear) <= tuned.passing) | (coming < beside)
         if slow:
             allowed &= (np.abs(self._linear) <= _SLOW[0]) & (np.abs(self._angular) <= _SLOW[1])
         allowed[-1] = True
@@ -308,6 +328,15 @@ class Steering:
         floor_cost = plan.floor.cost_of_a_metre(x[2::3], y[2::3]) - 1.0
         passed = (floor_cost * np.abs(linear[2::3])).sum(axis=0) * (3.0 * _STEP)
         return x[-1], y[-1], heading[-1], passed
+
+
+def _swept(outline: Tuple[Point, ...], way: Array) -> Tuple[List[Tuple[Point, ...]], Array]:
+    """Return an outline, and the same swept ahead by each of some ways (m); and for each way the number of its outline.
+
+    The first outline is as it stands: that of a way of 0 m, which there must be.
+    """
+    ways, number = np.unique(np.round(way, 3), return_inverse=True)
+    return [outline + tuple((x + each, y) for x, y in outline) for each in ways.tolist()], number
 
 
 def _within(values: Array, most: Array) -> Array:

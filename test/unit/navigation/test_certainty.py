@@ -157,18 +157,18 @@ def test_a_place_that_was_just_found_must_prove_itself_on_a_way_and_be_unlike_ot
     for _ in range(TUNED.sure_searches):
         certainty.judge(spread())
         assert "look like this one" in certainty.reason
-        certainty.compare(TUNED.rival_margin + 0.1)
+        certainty.compare(TUNED.rival_margin + 0.1, MANY)
     certainty.judge(spread())
     assert "just found" in certainty.reason
     hear(certainty, 1.0, way=TUNED.sure_way + 0.1)
-    certainty.compare(TUNED.rival_margin - 0.1)
+    certainty.compare(TUNED.rival_margin - 0.1, MANY)
     certainty.judge(spread())
     assert "look like this one" in certainty.reason
     for _ in range(TUNED.sure_searches):
-        certainty.compare(TUNED.rival_margin + 0.1)
+        certainty.compare(TUNED.rival_margin + 0.1, MANY)
     certainty.judge(spread())
     assert certainty.sure
-    certainty.compare(0.0)
+    certainty.compare(0.0, MANY)
     certainty.judge(spread())
     assert not certainty.sure
 
@@ -179,14 +179,14 @@ def test_the_search_that_finds_a_place_and_none_like_it_counts(alone):
     certainty.place(trusted=False, alone=alone)
     hear(certainty, 1.0, way=TUNED.sure_way + 0.1)
     for _ in range(TUNED.sure_searches - 1):
-        certainty.compare(TUNED.rival_margin + 0.1)
+        certainty.compare(TUNED.rival_margin + 0.1, MANY)
     certainty.judge(spread())
     assert certainty.sure == alone
 
 
 def test_a_place_that_a_long_way_has_proven_stays_sure_where_others_look_alike():
     certainty = sure()
-    certainty.compare(0.0)
+    certainty.compare(0.0, MANY)
     certainty.judge(spread())
     assert certainty.sure
 
@@ -199,7 +199,7 @@ def test_what_was_never_sure_is_not_proven_however_long_the_way():
         certainty.judge(spread())
     assert not certainty.sure and not certainty.proven
     for _ in range(TUNED.sure_searches):
-        certainty.compare(TUNED.rival_margin + 0.1)
+        certainty.compare(TUNED.rival_margin + 0.1, MANY)
     certainty.judge(spread())
     hear(certainty, 1.0, way=TUNED.proven_way)
     assert certainty.sure and certainty.proven
@@ -208,19 +208,33 @@ def test_what_was_never_sure_is_not_proven_however_long_the_way():
 def test_a_guess_gives_way_to_what_is_a_little_better_and_a_proven_place_does_not_even_in_doubt():
     guess = Certainty(TUNED)
     guess.place(trusted=False)
-    assert guess.margin_for(MANY) == TUNED.margin_guessed < TUNED.margin < TUNED.margin_proven
-    assert sure().margin_for(MANY) == doubting().margin_for(MANY) == TUNED.margin_proven
+    assert guess.margin == TUNED.margin_guessed < TUNED.margin < TUNED.margin_proven
+    assert sure().margin == doubting().margin == TUNED.margin_proven
     for _ in range(TUNED.sure_searches):
-        guess.compare(TUNED.rival_margin + 0.1)
+        guess.compare(TUNED.rival_margin + 0.1, MANY)
     hear(guess, 1.0, way=TUNED.sure_way + 0.1)
     guess.judge(spread())
-    assert guess.sure and guess.margin_for(MANY) == TUNED.margin
+    assert guess.sure and guess.margin == TUNED.margin
 
 
-def test_the_fewer_spots_were_heard_the_better_another_pose_must_be():
+def test_the_fewer_spots_were_heard_the_more_caution_there_is():
     least = TUNED.least_spots
-    margins = [sure().margin_for(spots) / TUNED.margin_proven for spots in (3.0 * least, least, least / 2.0, 0.0)]
-    assert margins == pytest.approx([1.0, 1.0, 2.0, least])
+    assert [sure().caution(spots) for spots in (3.0 * least, least, least / 2.0, 0.0)] == [1.0, 1.0, 2.0, least]
+    guess = Certainty(TUNED)
+    guess.place(trusted=False)
+    for spots, sure_of_it in ((least / 2.0, False), (least, True)):
+        for _ in range(TUNED.sure_searches):
+            guess.compare(TUNED.rival_margin + 0.1, spots)
+        hear(guess, 1.0, way=TUNED.sure_way + 0.1)
+        guess.judge(spread())
+        assert guess.sure == sure_of_it
+
+
+def test_a_doubt_may_be_raised_from_outside():
+    certainty = sure()
+    certainty.doubt()
+    certainty.judge(spread())
+    assert certainty.doubts and certainty.reason.endswith("what I hear does not fit the map here")
 
 
 def test_it_searches_the_less_often_the_better_the_place_is_proven():
@@ -228,7 +242,7 @@ def test_it_searches_the_less_often_the_better_the_place_is_proven():
     assert guess.search_period == TUNED.period_unsure
     guess.place(trusted=False)
     for _ in range(TUNED.sure_searches):
-        guess.compare(TUNED.rival_margin + 0.1)
+        guess.compare(TUNED.rival_margin + 0.1, MANY)
     hear(guess, 1.0, way=TUNED.sure_way + 0.1)
     guess.judge(spread())
     assert guess.search_period == TUNED.period_sure
@@ -241,11 +255,11 @@ def test_a_place_that_is_sure_stays_so_beside_one_that_looks_nearly_alike_but_no
     certainty = Certainty(TUNED)
     certainty.place(trusted=False)
     for _ in range(TUNED.sure_searches):
-        certainty.compare(TUNED.rival_margin + 0.1)
+        certainty.compare(TUNED.rival_margin + 0.1, MANY)
     hear(certainty, 1.0, way=TUNED.sure_way + 0.1)
     for better, expected in ((0.2, True), (0.02, True), (-0.02, False), (0.02, False)):
         certainty.judge(spread())
-        certainty.compare(better)
+        certainty.compare(better, MANY)
         certainty.judge(spread())
         assert certainty.sure == expected, better
 
@@ -308,7 +322,7 @@ def test_a_doubted_place_is_upheld_when_no_search_finds_one_like_it():
     for number in range(TUNED.upheld_searches):
         certainty.judge(spread())
         assert not certainty.sure, "after %d searches" % number
-        certainty.compare(0.05)
+        certainty.compare(0.05, MANY)
     certainty.judge(spread())
     assert certainty.sure
     mixed(certainty, 0.5, 30)
@@ -318,13 +332,13 @@ def test_a_doubted_place_is_upheld_when_no_search_finds_one_like_it():
 def test_a_better_place_elsewhere_or_echoes_that_hardly_fit_uphold_nothing():
     certainty = doubting()
     for _ in range(3):
-        certainty.compare(0.05)
-        certainty.compare(-0.05)
+        certainty.compare(0.05, MANY)
+        certainty.compare(-0.05, MANY)
     certainty.judge(spread())
     assert not certainty.sure
     mixed(certainty, 0.2, 30)
     for _ in range(9):
-        certainty.compare(0.05)
+        certainty.compare(0.05, MANY)
     certainty.judge(spread())
     assert not certainty.sure
 
@@ -333,16 +347,16 @@ def test_the_longer_a_place_has_explained_the_readings_the_better_another_must_b
     certainty, margins = Certainty(TUNED), []
     certainty.place(trusted=False)
     for _ in range(2 * TUNED.sure_searches):
-        certainty.compare(TUNED.rival_margin + 0.1)
+        certainty.compare(TUNED.rival_margin + 0.1, MANY)
     for _ in range(round((TUNED.proven_way + 0.2) / 0.1)):
         hear(certainty, 1.0, way=0.1)
         certainty.judge(spread())
-        margins.append(certainty.margin_for(MANY))
+        margins.append(certainty.margin)
     assert margins == sorted(margins)
     assert margins[0] < TUNED.margin < margins[-1] == TUNED.margin_proven
-    rival = certainty.margin_for(MANY)
-    certainty.compare(-0.01)        # one that looks alike makes it unsure, unless it is proven, but is not believed
-    assert certainty.margin_for(MANY) == rival
+    rival = certainty.margin
+    certainty.compare(-0.01, MANY)      # one that looks alike makes it unsure, unless it is proven; it is not believed
+    assert certainty.margin == rival
 
 
 def test_a_misfit_is_suspected_before_it_is_doubted():

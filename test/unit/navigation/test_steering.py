@@ -271,3 +271,16 @@ def test_it_turns_no_faster_than_it_may_as_it_finishes():
     steering = Steering(chassis_of()._replace(max_angular=0.3), SteeringNumbers())
     aside = steering.finish(HERE, Twist(0.2, 0.0), around(), ALL, Pose(1.65, 2.06, 0.0), False).twist
     assert 0.25 < aside.angular <= 0.3 and aside.linear > 0.0
+
+
+def test_it_is_slow_before_somebody_ahead_and_aside_sooner_than_before_somebody_abeam():
+    """They meet where it drives to: 1507 touched somebody whose 0.43 m were enough if it had stood."""
+    speeds = []
+    for x, y in ((0.0, 0.64), (0.64, 0.42)):        # as far from the outline: 0.45 m
+        at = np.array([x]), np.array([y]), np.array([True])
+        distances = STEERING.apart(*at)
+        assert distances[0] == pytest.approx(0.44, abs=0.02)
+        somebody = around()._replace(apart=distances, beside=distances)
+        speeds.append(choose((4.5, 2.0), velocity=Twist(0.4, 0.0), what=somebody).twist.linear)
+    assert speeds[0] >= 0.32 > speeds[1] > 0.0
+    assert STEERING.apart(*at[:2], np.array([False])).min() == math.inf
