@@ -27,6 +27,7 @@ How it gets to a goal:
 ``suspected_walls``  where a wall may go on that it does not hear, while it makes a map
 ``aside``            where it goes for a while when it has no way on
 ``lateness``         how much later than usual it reacts: it is slower then
+``swept_outlines``   the floor that the robot covers until it stands
 ``chassis``          the robot: how far its moves go until they touch something, and where its sonar looks
 
 A map where there is none:

@@ -15,6 +15,7 @@ UNKNOWN = "I do not know where I am: "
 """The beginning of each reason."""
 NOT_TOLD = "nobody told me, and I have not heard enough yet: drive me a little"
 JUST_FOUND = "I have just found a place where I may be, and must move a little to be sure"
+_MISFIT = "what I hear does not fit the map here"
 LEAST_USUAL = 0.5
 """The true pose explains at least this share of echoes, wherever the robot is."""
 _LINE = 3.0     # so many times narrower is the cloud of a pose on a line than that of a sure pose may be wide
@@ -75,15 +76,16 @@ class Certainty:
         return max(grown, tuned.margin) if self.sure else grown
 
     def caution(self, spots: float) -> float:
-        """Return how many times more (1 at least) poses must differ where so few spots were heard.
+        """Return the factor by which margins grow when few spots were heard, see `RangeModel.spot_shares`.
 
-        See `RangeModel.spot_shares`.
+        It is 1 at least, and 2 at most: in a small room there are few.
         """
-        return max(1.0, self._tuned.least_spots / max(1.0, spots))
+        return min(2.0, max(1.0, self._tuned.least_spots / max(1.0, spots)))
 
     def doubt(self) -> None:
         """From now on the readings contradict the pose."""
         self._missed = self._tuned.unsure_missed
+        self.reason = UNKNOWN + _MISFIT
 
     @property
     def search_period(self) -> float:
@@ -190,7 +192,7 @@ class Certainty:
         if self._blind_way > tuned.blind_way:
             return "nothing that I heard in the last %.1f m told me" % self._blind_way
         if self.doubts or not self.sure and self.explained < tuned.sure_explained * self._usual:
-            return "what I hear does not fit the map here"
+            return _MISFIT
         if off > tuned.sure_position * (1.0 if self.sure else 0.7):
             return "I may be %.1f m off" % off
         if spread.heading > tuned.sure_heading * (1.0 if self.sure else 0.7):

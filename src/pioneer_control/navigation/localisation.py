@@ -288,7 +288,9 @@ class Localisation:
                     self._main.model.explained(others.poses[elsewhere][0], beams)):
                 return
             if better < margin * self._certainty.caution(others.spots):
-                self._certainty.doubt()
+                if self._certainty.sure:
+                    self._certainty.doubt()
+                    self._recent.keep(self._tuned.kept_in_doubt)
                 return
             others = Found(np.vstack((others.poses[elsewhere], here.poses)),
                            np.concatenate((others.scores[elsewhere], here.scores)), others.spots)

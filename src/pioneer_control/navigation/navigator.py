@@ -384,7 +384,7 @@ class Navigator:
         reason = _LOST if where is None or not where.reason else where.reason
         twist, reckoned = STOP, self._reckoned()
         around = self._around(reckoned, now)._replace(lost=math.inf)    # the map explains no wall while it is not sure
-        if around.apart.flat[0] >= numbers.give_way and not self._somebody_beside(reckoned, now):
+        if around.apart.flat[-1] >= numbers.give_way and not self._somebody_beside(reckoned, now):
             if where is not None and where.line and numbers.unsure_speed > 0.0 and (
                     _LOOKS_AHEAD < task.waited(_LOST, now) < numbers.unsure_drive):
                 twist = self._along(where, now)
@@ -458,7 +458,7 @@ class Navigator:
             return self.end(State.FAILED, "gave up: no way on for %.0f s%s, %.2f m from the goal" % (
                 now - task.progress_at, aside, _apart(task.goal, pose)))
         around, live = self._around(pose, now), self._obstacles.live(now - numbers.navigator.silent)
-        if around.apart.flat[0] < numbers.navigator.give_way:
+        if around.apart.flat[-1] < numbers.navigator.give_way:
             return Decision(STOP, State.WAITING, _GIVING_WAY)
         assert task.plan is not None
         task.way = task.plan.points_from(pose[:2])
@@ -582,7 +582,7 @@ class Navigator:
         if self._through_unknown:
             more_x, more_y = self._suspected.places(all_x, all_y, self._obstacles.looks(), self._last.odometry)
             all_x, all_y = np.append(all_x, more_x), np.append(all_y, more_y)
-        return Around(all_x, all_y, x[walking], y[walking], apart, beside, left.flat[0], self.late, self._answer)
+        return Around(all_x, all_y, x[walking], y[walking], apart, beside, left.flat[-1], self.late, self._answer)
 
 
 def _apart(one: Pose, other: Pose) -> float:

@@ -8,16 +8,17 @@ by. Among the allowed ones, the cost to go from where each leads decides.
 """
 
 import math
-from typing import Any, Iterable, List, NamedTuple, Optional, Tuple
+from typing import Any, Iterable, NamedTuple, Optional, Tuple
 
 import numpy as np
 
 from ..floor_poses import Pose, compose, wrapped
-from .chassis import Chassis, Moves, after, distance_outside
+from .chassis import Chassis, Moves, after
 from .frames import into, wrapped_angles
 from .planning import RoutePlan, Slowness
+from .swept_outlines import SweptOutlines
 from .tuned import SteeringNumbers
-from .values import STOP, Point, Twist
+from .values import STOP, Twist
 
 Array = Any     # of numpy
 
@@ -97,9 +98,7 @@ class Steering:
         self._narrow = Moves(chassis._replace(outline=tuple((x, y * narrower) for x, y in chassis.outline)), _BARE)
         self._poses = np.array([[after(move, way) for way in _AHEAD] for move in self.moves.each])
         self._number, self._linear, self._angular = self._candidates()
-        ahead = np.maximum(self._linear, 0.0)
-        way = ahead * tuned.reaction + ahead ** 2 / (2.0 * tuned.braking)
-        self._outlines, self._sweep = _swept(chassis.outline, way)
+        self._floors, self._floor = self._covered_floors()
 
     def choose(self, pose: Pose, velocity: Twist, around: Around, live: Iterable[int], plan: RoutePlan,
                blocked: float = 0.0, told: Twist = STOP, trail: Array = NOWHERE) -> SteeringChoice:
@@ -166,18 +165,17 @@ class Steering:
         return self._held_back(wanted, velocity, around, live, doing)
 
     def apart(self, x: Array, y: Array, which: Array) -> Array:
-        """Return distances (m) to the nearest of some places, infinite without one, as an array.
+        """Return distances (m) to the nearest of some places, infinite without one: one distance for each candidate.
 
-        The first is that from the outline. Each other one is that from all the floor which the robot covers until it
-        stands, if it goes on ahead at one of its speeds: somebody ahead and aside walks, and it drives, to where they
-        meet.
+        Each is that from all the floor which the robot covers until it stands, if it goes on forward so: somebody
+        ahead walks to where the robot drives. For all other candidates, the last of which stands, it is that from the
+        outline.
 
         Args:
             x, y: the places (m, robot's frame).
             which: which of them count (bool).
         """
-        x, y = x[which], y[which]
-        return np.array([distance_outside(each, x, y).min(initial=math.inf) for each in self._outlines])
+        return self._floors.nearest(x[which], y[which])[self._floor]
 
     def may_turn(self, rate: float, velocity: Twist, around: Around) -> bool:
         """Return whether the slowest turn on the spot is allowed that is at least as fast as a rate (rad/s).
@@ -256,6 +254,19 @@ class Steering:
         number, linear, angular = (np.array(column) for column in zip(*rows))
         return number, linear, angular
 
+    def _covered_floors(self) -> Tuple[SweptOutlines, Array]:
+        """Return the floors that candidates cover until the robot stands, and for each candidate the number of its own.
+
+        The first floor is the outline: of the candidates that do not go forward.
+        """
+        tuned, moves = self._tuned, self.moves.each
+        ways, number = [(moves[0], 0.0)], np.zeros(len(self._linear), dtype=int)
+        for candidate in np.flatnonzero(self._linear > 0.0).tolist():
+            speed = float(self._linear[candidate])
+            number[candidate] = len(ways)
+            ways.append((moves[self._number[candidate]], speed * tuned.reaction + speed ** 2 / (2.0 * tuned.braking)))
+        return SweptOutlines(self._chassis.outline, ways), number
+
     def _retraced(self, velocity: Twist, around: Around, live: Iterable[int], trail: Array) -> Array:
         """Return which slow candidates lead over floor that the robot has just driven over; standing only if none does.
 
@@ -286,13 +297,12 @@ class Steering:
         reaction = tuned.reaction + around.late
         needed = speed * reaction + speed ** 2 / (2.0 * braking) + tuned.spare
         coming = tuned.walking * (reaction + speed / braking)      # how far somebody walks until it stands
-        apart, beside = (np.broadcast_to(each, len(self._outlines))[self._sweep]
-                         for each in (around.apart, around.beside))
+        meets = coming + np.maximum(self._linear, 0.0) * around.late    # the robot, too, comes farther when it is late
         allowed = ((standing[self._number] > needed) & (walking[self._number] > needed + np.where(turn, 0.0, coming))
-                   & (coming < np.where(self._linear > 0.0, apart, np.minimum(apart, around.lost)))
+                   & (meets < np.where(self._linear > 0.0, around.apart, np.minimum(around.apart, around.lost)))
                    & self.moves.covered(live)[self._number])
         # What has stood still may be somebody, who begins to walk.
-        allowed &= (np.abs(self._linear) <= tuned.passing) | (coming < beside)
+        allowed &= (np.abs(self._linear) <= tuned.passing) | (meets < around.beside)
         if slow:
             allowed &= (np.abs(self._linear) <= _SLOW[0]) & (np.abs(self._angular) <= _SLOW[1])
         allowed[-1] = True
@@ -328,15 +338,6 @@ class Steering:
         floor_cost = plan.floor.cost_of_a_metre(x[2::3], y[2::3]) - 1.0
         passed = (floor_cost * np.abs(linear[2::3])).sum(axis=0) * (3.0 * _STEP)
         return x[-1], y[-1], heading[-1], passed
-
-
-def _swept(outline: Tuple[Point, ...], way: Array) -> Tuple[List[Tuple[Point, ...]], Array]:
-    """Return an outline, and the same swept ahead by each of some ways (m); and for each way the number of its outline.
-
-    The first outline is as it stands: that of a way of 0 m, which there must be.
-    """
-    ways, number = np.unique(np.round(way, 3), return_inverse=True)
-    return [outline + tuple((x + each, y) for x, y in outline) for each in ways.tolist()], number
 
 
 def _within(values: Array, most: Array) -> Array:

@@ -19,7 +19,7 @@ Array = Any     # of numpy
 STEADY = 1.5
 """Turning faster than this (rad/s), firings are not used: their time is known to half a cycle only."""
 MOST_TURN = 1.2
-"""So a robot that makes its map turns at this rate (rad/s) at most."""
+"""Greatest turn rate (rad/s) while a map is made: less than `STEADY`, so that firings are used."""
 MOVED = 0.01, 0.02
 """A transducer counts again when the robot has moved this far (m) or has turned this far (rad): standing teaches
 nothing new."""

@@ -82,7 +82,7 @@ class LocalisationNumbers:
     margin_guessed: float = parameter(
         0.08, Number(0.0, 5.0), "the same while the pose is not sure, and no long way has proven it")
     least_spots: float = parameter(
-        90.0, Number(1.0, 5000.0), "when fewer spots were heard, poses must differ by more: by twice as much for half")
+        90.0, Number(1.0, 5000.0), "with fewer spots, margins grow: half the spots, twice the margin (the most)")
     new_readings: int = parameter(
         15, Whole(0, 5000), "a search begins only after so many new readings: standing tells nothing new")
     place_explained: float = parameter(

@@ -219,7 +219,7 @@ def test_a_guess_gives_way_to_what_is_a_little_better_and_a_proven_place_does_no
 
 def test_the_fewer_spots_were_heard_the_more_caution_there_is():
     least = TUNED.least_spots
-    assert [sure().caution(spots) for spots in (3.0 * least, least, least / 2.0, 0.0)] == [1.0, 1.0, 2.0, least]
+    assert [sure().caution(spots) for spots in (3.0 * least, least, least / 1.5, 0.0)] == [1.0, 1.0, 1.5, 2.0]
     guess = Certainty(TUNED)
     guess.place(trusted=False)
     for spots, sure_of_it in ((least / 2.0, False), (least, True)):
@@ -231,10 +231,14 @@ def test_the_fewer_spots_were_heard_the_more_caution_there_is():
 
 
 def test_a_doubt_may_be_raised_from_outside():
+    """It lasts, though the next echo fits: until searches find no place that is better."""
     certainty = sure()
+    certainty.compare(-1.2 * TUNED.margin_proven, TUNED.least_spots / 1.5)
     certainty.doubt()
-    certainty.judge(spread())
     assert certainty.doubts and certainty.reason.endswith("what I hear does not fit the map here")
+    hear(certainty, 1.0, count=1)
+    certainty.judge(spread())
+    assert not certainty.sure
 
 
 def test_it_searches_the_less_often_the_better_the_place_is_proven():

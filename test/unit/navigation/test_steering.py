@@ -273,14 +273,27 @@ def test_it_turns_no_faster_than_it_may_as_it_finishes():
     assert 0.25 < aside.angular <= 0.3 and aside.linear > 0.0
 
 
-def test_it_is_slow_before_somebody_ahead_and_aside_sooner_than_before_somebody_abeam():
-    """They meet where it drives to: 1507 touched somebody whose 0.43 m were enough if it had stood."""
-    speeds = []
-    for x, y in ((0.0, 0.64), (0.64, 0.42)):        # as far from the outline: 0.45 m
-        at = np.array([x]), np.array([y]), np.array([True])
-        distances = STEERING.apart(*at)
-        assert distances[0] == pytest.approx(0.44, abs=0.02)
-        somebody = around()._replace(apart=distances, beside=distances)
-        speeds.append(choose((4.5, 2.0), velocity=Twist(0.4, 0.0), what=somebody).twist.linear)
-    assert speeds[0] >= 0.32 > speeds[1] > 0.0
-    assert STEERING.apart(*at[:2], np.array([False])).min() == math.inf
+def test_it_is_slower_before_somebody_ahead_and_aside_than_before_somebody_abeam():
+    """In run 1507 the robot touched somebody 0.43 m away: that would have been enough for a robot that stands."""
+    told = []
+    for x, y, late in ((0.0, 0.7, 0.0), (0.7, 0.52, 0.0), (0.0, 0.7, 0.3)):     # as far from the outline
+        distances = STEERING.apart(np.array([x]), np.array([y]), np.array([True]))
+        assert distances[-1] == pytest.approx(0.49, abs=0.005)
+        somebody = around()._replace(apart=distances, beside=distances, late=late)
+        told.append(choose((4.5, 2.0), velocity=Twist(0.4, 0.0), what=somebody).twist.linear)
+    assert told[0] == 0.4 and 0.0 < told[1] < 0.3 and 0.0 < told[2] < 0.2
+
+
+def test_somebody_ahead_does_not_keep_it_from_going_back_or_turning():
+    distances = STEERING.apart(np.array([0.9, 9.0]), np.zeros(2), np.array([True, False]))
+    forward = STEERING._linear > 0.0
+    assert (distances[~forward] == distances[-1]).all() and (distances[forward] < distances[-1]).all()
+    assert STEERING.apart(np.array([0.9]), np.zeros(1), np.array([False])).min() == math.inf
+
+
+def test_what_it_keeps_from_is_the_floor_of_the_curve():
+    """Straight ahead it passes somebody to its left at a distance that is too small for a turn to the left."""
+    distances = STEERING.apart(np.array([0.15]), np.array([0.7]), np.array([True]))
+    fast = STEERING._linear > 0.3
+    left, straight = (distances[fast & which].min() for which in (STEERING._angular > 1.0, STEERING._angular == 0.0))
+    assert left < straight - 0.1
