@@ -103,6 +103,16 @@ def test_on_a_slow_line_it_begins_to_brake_at_the_goal_earlier():
     assert ends[0] - ends[1] > 0.01
 
 
+def test_it_counts_the_floor_that_it_covers_until_it_stands_from_what_may_walk_and_when_its_answer_takes_effect():
+    run = Run(start=Pose(2.0, 2.0, 0.0)).driving((4.5, 2.0, None))
+    run.posts = [(run.pose.x + 0.8, run.pose.y + side * 0.4) for side in (-1.0, 1.0)]
+    for _ in range(3):
+        run.step(Readiness(on_the_way=0.03))
+    around = run.navigator._around(run.pose, run.time)
+    assert around.apart.min() < around.apart[-1] - 0.1 < math.inf
+    assert around.answer == pytest.approx(0.03 + SteeringNumbers().answered)
+
+
 def test_it_drives_round_what_is_on_no_map():
     post = (2.75, 1.75)
     run, nearest = Run(posts=[post]).driving(), math.inf
