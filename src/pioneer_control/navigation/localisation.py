@@ -276,24 +276,12 @@ class Localisation:
         others = self._search.scored(np.array([compose(Pose(*pose), step) for pose in found.poses.tolist()]), beams)
         if self._known:
             here = self._search.improved(self._cloud.poses[::10], beams)
-            elsewhere = [not same_place(pose, here.poses[0]) for pose in others.poses]
-            better = others.scores[elsewhere].max(initial=-np.inf) - here.scores[0]
-            if self._certainty.proven and better > -np.inf:      # what was heard just now must say so, too
-                newest = beams.some(slice(-len(beams.x) // 4, None))
-                better = min(better, self._search.scored(others.poses[elsewhere], newest).scores[0]
-                             - self._search.improved(here.poses, newest).scores[0])
-            self._certainty.compare(-better, others.spots)
-            margin = self._certainty.margin
-            if better < margin or not self._certainty.accepts(
-                    self._main.model.explained(others.poses[elsewhere][0], beams)):
+            apart = [not same_place(pose, here.poses[0]) for pose in others.poses]
+            others = others._replace(poses=others.poses[apart], scores=others.scores[apart])
+            if not self._believes(others, here, beams):
                 return
-            if better < margin * self._certainty.caution(others.spots):
-                if self._certainty.sure:
-                    self._certainty.doubt()
-                    self._recent.keep(self._tuned.kept_in_doubt)
-                return
-            others = Found(np.vstack((others.poses[elsewhere], here.poses)),
-                           np.concatenate((others.scores[elsewhere], here.scores)), others.spots)
+            others = others._replace(poses=np.vstack((others.poses, here.poses)),
+                                     scores=np.concatenate((others.scores, here.scores)))
         if self._certainty.suspects:
             self._recent.keep(self._tuned.kept_in_doubt)
         self._known = True
@@ -302,6 +290,30 @@ class Localisation:
         rivals = [not same_place(pose, others.poses[0]) for pose in others.poses]
         better = others.scores[0] - others.scores[rivals].max(initial=-np.inf)
         self._certainty.place(trusted=False, alone=bool(better > self._tuned.margin))
+
+    def _believes(self, others: Found, here: Found, beams: Beams) -> bool:
+        """Return whether other poses are believed rather than the pose that the robot has; perhaps doubt this one.
+
+        Args:
+            others: poses elsewhere.
+            here: the pose that it has.
+            beams: the readings that both are compared with.
+        """
+        certainty = self._certainty
+        better = others.scores.max(initial=-np.inf) - here.scores[0]
+        if certainty.proven and len(others.poses):      # what was heard just now must say so, too
+            newest = beams.some(slice(-len(beams.x) // 4, None))
+            better = min(better, self._search.scored(others.poses, newest).scores[0]
+                         - self._search.improved(here.poses, newest).scores[0])
+        certainty.compare(-better, others.spots)
+        if better < certainty.margin or not certainty.accepts(self._main.model.explained(others.poses[0], beams)):
+            return False
+        if better < certainty.margin * certainty.caution(others.spots):
+            if certainty.sure:
+                certainty.doubt()
+                self._recent.keep(self._tuned.kept_in_doubt)
+            return False
+        return True
 
 
 def _line(spread: Spread) -> Tuple[Pose, ...]:
