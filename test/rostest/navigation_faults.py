@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""Faults of a computer and of people while a robot drives to a goal: the map gone, time that stands or jumps, the tf of
-a second robot, somebody who carries the robot away, and another robot at the driver.
+"""Faults of a computer and of people while a robot drives to a goal: the map gone, time that stands or jumps, odometry
+that is reset, the tf of a second robot, somebody who carries the robot away, and another robot at the driver.
 """
 
 import math
@@ -19,7 +19,7 @@ from nav_msgs.msg import OccupancyGrid, Odometry
 from nav_msgs.srv import GetMap
 from rosgraph_msgs.msg import Log
 from std_msgs.msg import Header
-from std_srvs.srv import SetBool
+from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 
 from clock import Time
@@ -51,7 +51,7 @@ class NavigationFaults(unittest.TestCase):
              "_initial_pose:=[%s]" % ", ".join(str(number) for number in floor.starts[0])])
         cls.services = {}
         for name, kind in (("set_motors", SetBool), ("go_to", GoTo), ("static_map", GetMap),
-                           ("simulator/carry", Carry)):
+                           ("simulator/carry", Carry), ("reset_odometry", Trigger)):
             wait_until(name, lambda name=name: cls.is_there("pioneer/" + name))
             cls.services[name] = rospy.ServiceProxy("pioneer/" + name, kind)
         wait_until("motors are on", lambda: cls.services["set_motors"](True).success)
@@ -161,7 +161,16 @@ class NavigationFaults(unittest.TestCase):
             self.assertTrue(self.is_sure_and_right())
             self.assertAlmostEqual(self.newest().header.stamp.to_sec(), self.time.now, delta=5.0)
 
-    def test_4_the_tf_of_a_second_robot_is_said_and_goals_in_its_frames_are_refused(self):
+    def test_4_when_odometry_is_reset_it_says_so_and_drives_on(self):
+        self.goes()
+        since = len(self.witness.seen[NAVIGATION])
+        self.assertTrue(self.services["reset_odometry"]().success)
+        self.witness.wait("it says so", lambda: self.logged("odometry jumps"))
+        self.drives()
+        self.assertTrue(all(each.sure for each in self.witness.seen[NAVIGATION][since:]))
+        self.assertTrue(self.is_sure_and_right())
+
+    def test_5_the_tf_of_a_second_robot_is_said_and_goals_in_its_frames_are_refused(self):
         self.goes()
         ahead = PoseStamped(Header(frame_id="base_link"), PoseMessage(Point(0.2, 0.0, 0.0), Quaternion(0, 0, 0, 1)))
         for frame, parent, rightly in (("base_link", "odom", "/pioneer/p2os"), ("odom", "map", "/pioneer/navigation")):
@@ -186,7 +195,7 @@ class NavigationFaults(unittest.TestCase):
         self.simple_goal.publish(ahead)
         self.witness.wait("the goal is taken", lambda: self.logged("goal: "))
 
-    def test_5_carried_away_it_stands_says_so_and_finds_itself_again(self):
+    def test_6_carried_away_it_stands_says_so_and_finds_itself_again(self):
         self.goes()
         far = sorted(self.places.values(), key=self.off)[-2]       # its goal is the farthest
         answer = self.services["simulator/carry"](0, Pose2D(far.x, far.y, 2.0))
@@ -198,7 +207,7 @@ class NavigationFaults(unittest.TestCase):
         self.witness.wait("it knows again", self.is_sure_and_right)
         self.drives()
 
-    def test_6_when_the_driver_has_another_robot_navigation_ends_and_says_why(self):
+    def test_7_when_the_driver_has_another_robot_navigation_ends_and_says_why(self):
         self.goes()
         info = rospy.wait_for_message("pioneer/robot_info", RobotInfo, 10.0)
         driver = rospy.Publisher("pioneer/robot_info", RobotInfo, queue_size=1)

@@ -1,7 +1,8 @@
 """Where the robot is, what the map is, and how the robot gets to a goal. Open ``values`` first.
 
 ``values``           what the robot senses and is told; ``firings``: when each sonar fired; ``senses``:
-                     both from the topics of a robot; ``steady_time``: a time that never goes back
+                     both from the topics of a robot; ``steady_time``: a time that never goes back;
+                     ``steady_odometry``: a pose by the wheels that never jumps
 ``pilot``            all of it for one robot: the front for the node and for benches
 ``node``             the ROS node, a folder; it also reads the files of maps
 ``tuned``            all numbers that were tuned, and what each does

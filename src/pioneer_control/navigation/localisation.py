@@ -28,8 +28,6 @@ from .wheel_calibration import WheelCalibration
 
 Array = Any     # of numpy
 
-LONGEST_STEP = 1.0
-"""No robot drives farther (m) from one packet to the next: odometry that does so has been reset."""
 OFF_THE_FLOOR = 50.0
 """What the log-likelihood of a pose loses where no floor is free."""
 LINE_STEP = 0.2
@@ -189,9 +187,6 @@ class Localisation:
         step = relative(self._odometry or odometry, odometry)
         self._odometry = odometry
         unseen = self.unseen.after(time, step)
-        if abs(step.x) + abs(step.y) > LONGEST_STEP:
-            self._hear_anew()
-            return
         step = self._wheels.corrected(step)
         self._cloud.move(step)
         self._pose = compose(self._pose, step)

@@ -244,13 +244,6 @@ def test_the_same_seed_gives_the_same_poses():
     assert first != pytest.approx(other, abs=1e-4)
 
 
-def test_odometry_that_is_reset_does_not_move_the_robot():
-    robot, localisation = localised()
-    robot.odometry = Pose(7.0, 7.0, 1.0)
-    results = circle(robot, localisation, 2.0)
-    assert results[-1].sure and off(results[-1], robot)[0] < SURE[0]
-
-
 def test_a_map_on_which_nothing_is_free():
     robot, localisation = SensingRobot(ROOM, START), Localisation(unknown_map(), TRANSDUCERS)
     assert not any(where.sure for where in circle(robot, localisation, 5.0))

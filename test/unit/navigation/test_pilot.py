@@ -8,7 +8,7 @@ import pytest
 from pioneer_control import p2os
 from pioneer_control.client.odometry import Odometry
 from pioneer_control.errors import RefusedError
-from pioneer_control.floor_poses import Pose
+from pioneer_control.floor_poses import Pose, compose
 from pioneer_control.maps import FREE, UNKNOWN
 from pioneer_control.navigation.chassis import Chassis
 from pioneer_control.navigation.exploring import Explorer
@@ -62,6 +62,13 @@ class Drive:
         self.firmware.receive(p2os.encode_command("RVEL", round(math.degrees(step.twist.angular))))
         return step
 
+    def resets_on_its_way(self):
+        """Go on until the robot drives 1 m from where it began, and reset its odometry: the next pose is 0, 0, 0."""
+        while not (self.step().twist.linear > 0.2 and self.off(Pose(*START)) > 1.0):
+            assert self.firmware.time < 60.0 and not self.pilot.step.jumped, self.pilot.step
+        self._odometry = Odometry(MODEL.dist_mm_per_unit, MODEL.angle_units_per_rev)
+        self.firmware.hardware.reset_odometry()
+
     def until(self, *states, most=120.0):
         """Go on until the pilot is in one of some states, at most for some simulated seconds. Return the last step."""
         end = self.firmware.time + most
@@ -101,6 +108,26 @@ def test_a_goal_that_makes_no_sense_is_refused_and_nothing_moves(drive, goal):
     assert drive.pilot.go_to(goal) != ""
     for _ in range(10):
         assert drive.step().twist == (0.0, 0.0)
+
+
+def test_on_its_way_its_odometry_is_reset(drive):
+    goal = Pose(5.2, 1.4, 1.0)
+    drive.pilot.go_to(goal)
+    drive.resets_on_its_way()
+    step = drive.step()
+    assert step.jumped and step.odometry == pytest.approx((0.0, 0.0, 0.0), abs=0.05), "it says what the wheels tell"
+    assert step.twist.linear > 0.2 and drive.off(step.where.pose) < 0.1
+    assert drive.until(State.REACHED, State.FAILED).state is State.REACHED
+    assert drive.off(goal) < 0.15 and drive.firmware.contacts == 0
+
+
+def test_while_it_makes_a_map_its_odometry_is_reset():
+    drive = Drive(with_map=False)
+    drive.step()
+    drive.pilot.explore(True)
+    drive.resets_on_its_way()
+    assert [drive.step().jumped for _ in range(30)] == [True] + [False] * 29
+    assert drive.off(compose(Pose(*START), drive.pilot.step.where.pose)) < 0.15
 
 
 def test_cancelled_it_stands(drive):

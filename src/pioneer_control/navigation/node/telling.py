@@ -76,6 +76,9 @@ class Telling:
             if stamp != self._told:     # while the robot is silent nothing is known anew
                 self._told = stamp
                 self._tell_where(step, step.where, stamp)
+                if step.jumped:
+                    rospy.logwarn("the robot's odometry jumps, as after reset_odometry; navigation goes on as if it did"
+                                  " not")
         if self._cloud.get_num_connections() and self._is_due("cloud"):
             self._cloud.publish(cloud_message(self._pilot.particles, MOST_DRAWN, self._frame, stamp))
         if (step.plan or self._planned) and self._plan.get_num_connections() and self._is_due("plan"):
