@@ -15,7 +15,7 @@ UNKNOWN = "I do not know where I am: "
 """The beginning of each reason."""
 NOT_TOLD = "nobody told me, and I have not heard enough yet: drive me a little"
 JUST_FOUND = "I have just found a place where I may be, and must move a little to be sure"
-_MISFIT = "what I hear does not fit the map here"
+_ALIKE = "other places look like this one"
 LEAST_USUAL = 0.5
 """The true pose explains at least this share of echoes, wherever the robot is."""
 _LINE = 3.0     # so many times narrower is the cloud of a pose on a line than that of a sure pose may be wide
@@ -45,6 +45,7 @@ class Certainty:
         self._heard: Dict[int, Tuple[int, int]] = {}    # of each sensor: its last number, how often it may still count
         self._missed = 0.0      # so many more echoes should have been explained
         self._upheld = 0    # searches in a row since the doubt began that found no place alike
+        self._outdone = False   # since it was sure last, a search has found a place that explains more
         self.lose(NOT_TOLD)
 
     @property
@@ -69,7 +70,9 @@ class Certainty:
 
     @property
     def margin(self) -> float:
-        """By how much another pose must explain each spot better (log-likelihood), to raise a doubt."""
+        """By how much another pose must explain each spot better (log-likelihood) to be believed; where few spots were
+        heard, to raise a doubt (see `caution`).
+        """
         tuned = self._tuned
         trusted = min(1.0, self._trusted_way / tuned.proven_way)
         grown = tuned.margin_guessed + (tuned.margin_proven - tuned.margin_guessed) * trusted
@@ -78,14 +81,13 @@ class Certainty:
     def caution(self, spots: float) -> float:
         """Return the factor by which margins grow when few spots were heard, see `RangeModel.spot_shares`.
 
-        It is 1 at least, and 2 at most: in a small room there are few.
+        It is 1 to 2. More would shut out true places: in a small room there are never many spots.
         """
         return min(2.0, max(1.0, self._tuned.least_spots / max(1.0, spots)))
 
     def doubt(self) -> None:
-        """From now on the readings contradict the pose."""
-        self._missed = self._tuned.unsure_missed
-        self.reason = UNKNOWN + _MISFIT
+        """From now on the pose is not sure: another place explains more. That ends when searches find none alike."""
+        self._outdone, self.reason = True, UNKNOWN + _ALIKE
 
     @property
     def search_period(self) -> float:
@@ -104,7 +106,7 @@ class Certainty:
 
     def place(self, trusted: bool, alone: bool = False) -> None:
         """From now on some place is likely. `trusted`: a person said so. `alone`: a search found none like it."""
-        self._placed, self._missed = True, 0.0
+        self._placed, self._outdone, self._missed = True, False, 0.0
         self.explained = self._usual
         self._trusted_way = self._tuned.proven_way if trusted else 0.0
         self._unique = self._tuned.sure_searches if trusted else int(alone)
@@ -122,11 +124,15 @@ class Certainty:
         return len(said) > 0 and bool(said.mean() >= needed)
 
     def compare(self, better: float, spots: float) -> None:
-        """Take how much better the pose explains each of some spots than all poses elsewhere (log-likelihood).
+        """Take how much better (log-likelihood) the pose explains each spot than all poses elsewhere do.
 
         Few echoes are explained where much stands that is on no map, and where walls slant. But if search after search
         finds no place that is anything like it, the robot is there, and so few are usual here. Beside a place that is
         sure or proven, others may look alike, but not better.
+
+        Args:
+            better: that difference.
+            spots: how many spots were heard.
         """
         alone = better > (0.0 if self.sure or self.proven else self._tuned.rival_margin * self.caution(spots))
         self._unique = self._unique + 1 if alone else 0
@@ -174,8 +180,9 @@ class Certainty:
         """Decide whether the pose is sure, and if not, whether it is but for where it is along a line."""
         alone = self._unique >= self._tuned.sure_searches
         why = self._doubt(spread.position, spread, alone or self.sure and self.proven)
-        self.on_a_line = bool(why) and spread.position < self._tuned.longest_line and not self._doubt(
-            _LINE * spread.across, spread, alone or self.proven)
+        self._outdone = self._outdone and bool(why)
+        self.on_a_line = bool(why) and not self._outdone and spread.position < self._tuned.longest_line and not (
+            self._doubt(_LINE * spread.across, spread, alone or self.proven))
         self.reason = UNKNOWN + why if why else ""
 
     def _doubt(self, off: float, spread: Spread, alone: bool) -> str:
@@ -186,17 +193,17 @@ class Certainty:
             spread: the spread of the cloud.
             alone: no other place is in question.
         """
-        tuned = self._tuned
+        tuned, narrower = self._tuned, 1.0 if self.sure else 0.7
         if not self._placed:
             return self._lost
         if self._blind_way > tuned.blind_way:
             return "nothing that I heard in the last %.1f m told me" % self._blind_way
         if self.doubts or not self.sure and self.explained < tuned.sure_explained * self._usual:
-            return _MISFIT
-        if off > tuned.sure_position * (1.0 if self.sure else 0.7):
+            return "what I hear does not fit the map here"
+        if off > tuned.sure_position * narrower:
             return "I may be %.1f m off" % off
-        if spread.heading > tuned.sure_heading * (1.0 if self.sure else 0.7):
+        if spread.heading > tuned.sure_heading * narrower:
             return "my heading may be %.0f degrees off" % np.degrees(spread.heading)
         if not alone:
-            return "other places look like this one"
+            return _ALIKE
         return JUST_FOUND if self._trusted_way < tuned.sure_way else ""

@@ -58,15 +58,15 @@ class Lateness:
     """Of the answers to one robot: its packets come late, or some do not come at all.
 
     Attributes:
-        late: what `of` returned last (s).
+        late: how much later than usual (s) it reacts: the worst of the last answers.
     """
 
     def __init__(self) -> None:
         self._before, self.late = math.inf, 0.0
         self._worst = Lately(EXPECTED)
 
-    def of(self, time: float, now: float) -> float:
-        """Return how much later (s) than usual the robot may react now.
+    def note(self, time: float, now: float) -> None:
+        """Note when a packet is answered.
 
         Until a packet is answered the robot goes on as it was told at the packet before. The answer is taken to need
         as long to the robot as the packet needed here.
@@ -77,4 +77,3 @@ class Lateness:
         """
         late, self._before = max(0.0, now + (now - time) - self._before - USUAL), time
         self.late = self._worst.most(late, now)
-        return self.late

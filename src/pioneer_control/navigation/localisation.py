@@ -268,31 +268,32 @@ class Localisation:
         """Compare the cloud with what a search found, and go to what is much better."""
         step = relative(self._search_odometry, odometry)
         beams = self._compared(odometry)
+        spots = float(self._main.model.spot_shares(beams).sum())
         others = self._search.scored(np.array([compose(Pose(*pose), step) for pose in found.poses.tolist()]), beams)
         if self._known:
             here = self._search.improved(self._cloud.poses[::10], beams)
             apart = [not same_place(pose, here.poses[0]) for pose in others.poses]
-            others = others._replace(poses=others.poses[apart], scores=others.scores[apart])
-            if not self._believes(others, here, beams):
+            others = Found(others.poses[apart], others.scores[apart])
+            if not self._believes(others, here, beams, spots):
                 return
-            others = others._replace(poses=np.vstack((others.poses, here.poses)),
-                                     scores=np.concatenate((others.scores, here.scores)))
+            others = Found(np.vstack((others.poses, here.poses)), np.concatenate((others.scores, here.scores)))
         if self._certainty.suspects:
             self._recent.keep(self._tuned.kept_in_doubt)
         self._known = True
-        logs = others.scores * others.spots * self._tuned.weight
+        logs = others.scores * spots * self._tuned.weight
         self._cloud.put(others.poses, logs, 0.06, 0.05, self._tuned.particles_searching)
         rivals = [not same_place(pose, others.poses[0]) for pose in others.poses]
         better = others.scores[0] - others.scores[rivals].max(initial=-np.inf)
         self._certainty.place(trusted=False, alone=bool(better > self._tuned.margin))
 
-    def _believes(self, others: Found, here: Found, beams: Beams) -> bool:
+    def _believes(self, others: Found, here: Found, beams: Beams, spots: float) -> bool:
         """Return whether other poses are believed rather than the pose that the robot has; perhaps doubt this one.
 
         Args:
             others: poses elsewhere.
             here: the pose that it has.
             beams: the readings that both are compared with.
+            spots: how many spots these tell of.
         """
         certainty = self._certainty
         better = others.scores.max(initial=-np.inf) - here.scores[0]
@@ -300,10 +301,10 @@ class Localisation:
             newest = beams.some(slice(-len(beams.x) // 4, None))
             better = min(better, self._search.scored(others.poses, newest).scores[0]
                          - self._search.improved(here.poses, newest).scores[0])
-        certainty.compare(-better, others.spots)
+        certainty.compare(-better, spots)
         if better < certainty.margin or not certainty.accepts(self._main.model.explained(others.poses[0], beams)):
             return False
-        if better < certainty.margin * certainty.caution(others.spots):
+        if better < certainty.margin * certainty.caution(spots):
             if certainty.sure:
                 certainty.doubt()
                 self._recent.keep(self._tuned.kept_in_doubt)

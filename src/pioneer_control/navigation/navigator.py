@@ -32,6 +32,8 @@ _TRAIL, _TRAIL_STEP = 40, 0.015     # poses; m, rad
 _STANDS = 0.05      # m/s: a slower robot stands, and may look around
 _LOOKS_ASIDE = 0.5      # rad: so far it looks around to both sides of its way
 _LOOKS_AHEAD = 5.0      # s: so long it does, then all round
+SLOW_LINE = 0.06
+"""Time (s) that a packet needs on a serial line of 9600 baud."""
 _GIVING_WAY = "giving way: something that is on no map is near, and may walk"
 _LOST = "the robot does not know where it is"
 _GOING_ROUND = "going round what is on no map"
@@ -55,10 +57,6 @@ class Whereabouts(Protocol):
     @property
     def line(self) -> Sequence[Pose]:
         """Poses along a line on which the robot is for certain, when only where on it is not sure; else empty."""
-
-
-SLOW_LINE = 0.06
-"""Time (s) that a packet needs on a serial line of 9600 baud."""
 
 
 class Readiness(NamedTuple):
@@ -175,13 +173,13 @@ class Navigator:
         self._floor = self._floor_of(grid_map)
         self._edges = edge_cells(self._floor.clearance)
         self._obstacles = Obstacles(chassis, grid_map, self._floor.clearance, numbers.obstacles)
-        self._steering = Steering(chassis, numbers.steering, turns_bare=not through_unknown)
+        self._steering = Steering(chassis, numbers.steering, through_unknown)
         self._task: Optional[_Task] = None
         self._ended = Decision(STOP, State.IDLE, "no goal")
         self._last: Optional[Sensing] = None
         self._velocity = STOP
         self._lateness = Lateness()
-        self._answer = SLOW_LINE        # s, from a packet to the effect of its answer
+        self._answer = 0.0              # s, from the newest packet to the effect of its answer
         self._here: Optional[Point] = None              # m, map frame; None while it is not sure
         self._place: Optional[Pose] = None              # where it was sure to be last on its way
         self._place_odometry = Pose(0.0, 0.0, 0.0)      # its odometry there
@@ -291,7 +289,7 @@ class Navigator:
         sure = where is not None and where.sure and all(map(math.isfinite, where.pose))
         self._here = where.pose[:2] if where is not None and sure else None
         self._sense(sensing, where.pose if where is not None and sure else None, now)
-        self._answer = readiness.on_the_way + self._numbers.steering.answered
+        self._answer = readiness.on_the_way + readiness.late + self._numbers.steering.answered
         if readiness.stalled:
             self._feel_stall(now)
         task = self._task
@@ -331,7 +329,7 @@ class Navigator:
             self._velocity = Twist(float(along) / time, turned / time)
         self._obstacles.hear(sensing, pose)
         self._last = sensing
-        self._lateness.of(sensing.time, now)
+        self._lateness.note(sensing.time, now)
         self._suspected.drive(sensing.odometry)
         if not self._trail or _apart(sensing.odometry, self._trail[-1]) > _TRAIL_STEP or abs(
                 wrapped(sensing.odometry.heading - self._trail[-1].heading)) > _TRAIL_STEP:
@@ -383,8 +381,8 @@ class Navigator:
         task.planned_at, task.at_goal = -math.inf, False
         reason = _LOST if where is None or not where.reason else where.reason
         twist, reckoned = STOP, self._reckoned()
-        around = self._around(reckoned, now)._replace(lost=math.inf)    # the map explains no wall while it is not sure
-        if around.apart.flat[-1] >= numbers.give_way and not self._somebody_beside(reckoned, now):
+        around = self._around(reckoned, now)._replace(lost=NOBODY)    # the map explains no wall while it is not sure
+        if around.apart[-1] >= numbers.give_way and not self._somebody_beside(reckoned, now):
             if where is not None and where.line and numbers.unsure_speed > 0.0 and (
                     _LOOKS_AHEAD < task.waited(_LOST, now) < numbers.unsure_drive):
                 twist = self._along(where, now)
@@ -407,12 +405,12 @@ class Navigator:
         if abs(wrapped(direction - pose.heading)) > math.pi / 2.0:
             direction += math.pi
         ahead = Pose(pose.x + math.cos(direction), pose.y + math.sin(direction), direction)
-        around = self._around(None, now)._replace(lost=math.inf)
+        around = self._around(None, now)._replace(lost=NOBODY)
         walls = [self._walls_near(each) for each in where.line]
         around = around._replace(standing_x=np.concatenate([around.standing_x, *(x for x, _ in walls)]),
                                  standing_y=np.concatenate([around.standing_y, *(y for _, y in walls)]))
         live = self._obstacles.live(now - numbers.silent)
-        twist = self._steering.finish(pose, self._velocity, around, live, ahead, turn_only=False).twist
+        twist = self._steering.finish(pose, self._velocity, around, live, ahead, False, self._answer).twist
         if not twist.linear:
             return Twist(0.0, float(np.clip(twist.angular, -numbers.unsure_turn, numbers.unsure_turn)))
         slower = min(1.0, numbers.unsure_speed / abs(twist.linear))
@@ -458,7 +456,7 @@ class Navigator:
             return self.end(State.FAILED, "gave up: no way on for %.0f s%s, %.2f m from the goal" % (
                 now - task.progress_at, aside, _apart(task.goal, pose)))
         around, live = self._around(pose, now), self._obstacles.live(now - numbers.navigator.silent)
-        if around.apart.flat[-1] < numbers.navigator.give_way:
+        if around.apart[-1] < numbers.navigator.give_way:
             return Decision(STOP, State.WAITING, _GIVING_WAY)
         assert task.plan is not None
         task.way = task.plan.points_from(pose[:2])
@@ -526,15 +524,15 @@ class Navigator:
         if task.at_goal:
             off = abs(wrapped(goal.heading - stands_at.heading)) if task.with_heading else 0.0
             if off < numbers.arrived_heading:
-                still = abs(self._velocity.linear) < 0.03 and abs(self._velocity.angular) < 0.05
-                return None if still else SteeringChoice(STOP, "at the goal, stopping")
-            return self._steering.finish(pose, self._velocity, around, live, goal, turn_only=True)
+                stands = self._steering.stands(self._velocity, task.last_twist)
+                return None if stands else SteeringChoice(STOP, "at the goal, stopping")
+            return self._steering.finish(pose, self._velocity, around, live, goal, True, self._answer)
         if task.aside.is_due(task.progress_at, now) and task.planned_at < now:     # one plan a packet
             task.aside.begin(self._floor, pose, self._obstacles.unmapped(pose), now)
             task.closed.append(_tightest(self._floor, task.way))
         aside = task.aside.plan(pose, task.progress_at, now)
         if aside is None and distance < numbers.final and self._floor.straight(pose[:2], goal[:2]):
-            choice = self._steering.finish(pose, self._velocity, around, live, goal, turn_only=False)
+            choice = self._steering.finish(pose, self._velocity, around, live, goal, False, self._answer)
             if not choice.blocked:
                 return choice
         return self._on(task, aside or plan, pose, around, live, now)
@@ -575,14 +573,14 @@ class Navigator:
         walking = ~places.mapped & (now - places.time < tuned.young)
         unproven = ~places.mapped & (now - places.since < tuned.proves_still)
         lost = ~places.mapped & (places.time - places.since < tuned.proves_still) & (now - places.time < tuned.lost)
-        apart, beside, left = (NOBODY if self._through_unknown else self._steering.apart(x, y, which)
+        apart, beside, left = (self._steering.apart(x, y, which & (not self._through_unknown))
                                for which in (unproven, walking, lost))
         wall_x, wall_y = (np.zeros(0),) * 2 if pose is None else self._walls_near(pose)
         all_x, all_y = np.append(x, wall_x), np.append(y, wall_y)
         if self._through_unknown:
             more_x, more_y = self._suspected.places(all_x, all_y, self._obstacles.looks(), self._last.odometry)
             all_x, all_y = np.append(all_x, more_x), np.append(all_y, more_y)
-        return Around(all_x, all_y, x[walking], y[walking], apart, beside, left.flat[-1], self.late, self._answer)
+        return Around(all_x, all_y, x[walking], y[walking], apart, beside, left, self.late)
 
 
 def _apart(one: Pose, other: Pose) -> float:

@@ -24,12 +24,11 @@ class Found(NamedTuple):
     """The result of a search: poses in different places, the best first.
 
     `poses` is an array (places, 3), relative to the map, of the robot when the search began. `scores` are their mean
-    log-likelihoods of a spot that was heard. `spots` is the number of spots, see `RangeModel.spot_shares`.
+    log-likelihoods of a spot that was heard, see `RangeModel.spot_shares`.
     """
 
     poses: Array
     scores: Array
-    spots: float
 
 
 class PoseSearch:
@@ -88,7 +87,7 @@ class PoseSearch:
             yield None
         scores = self._scores(best, beams, coarse=False)
         best, scores = different_places(best, scores, KEPT_THIRD)
-        yield Found(best, scores, self._spots(beams))
+        yield Found(best, scores)
 
     def random_poses(self, count: int) -> Array:
         """Return random poses where the robot can stand: array (count, 3). They are all 0 if it can stand nowhere."""
@@ -104,7 +103,7 @@ class PoseSearch:
         """Return some poses with their scores for other readings, the best first."""
         scores = self._scores(poses, beams, coarse=False)
         order = np.argsort(-scores)
-        return Found(poses[order], scores[order], self._spots(beams))
+        return Found(poses[order], scores[order])
 
     def improved(self, poses: Array, beams: Beams) -> Found:
         """Return the best of some poses near which the robot may be, a little moved, compared like a found pose."""
@@ -113,7 +112,7 @@ class PoseSearch:
         for spread in (0.04, 0.02):
             best, _ = self._moved(best, 8, spread, third, False)
         best, scores = _best(best, self._scores(best, beams, coarse=False), 1)
-        return Found(best, scores, self._spots(beams))
+        return Found(best, scores)
 
     def _moved(self, poses: Array, copies: int, spread: float, beams: Beams, coarse: bool) -> Any:
         """Return the best of some moved copies of each pose, and their scores. `spread` is in m, and in rad."""
@@ -127,9 +126,6 @@ class PoseSearch:
         """Return the mean log-likelihood of the spots that were heard, for each pose."""
         shares = self._model.spot_shares(beams)
         return self._model.log_likelihoods(poses, beams, coarse) @ (shares / shares.sum()).astype(np.float32)
-
-    def _spots(self, beams: Beams) -> float:
-        return float(self._model.spot_shares(beams).sum())
 
 
 def spread_out(beams: Beams, count: int) -> Beams:

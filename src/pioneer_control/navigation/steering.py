@@ -29,11 +29,13 @@ _STEP = 0.1     # s
 _ROLLS = 0.1            # m/s: a faster robot needs some way until it stands
 _BARE = 0.01                            # m: distance that slow moves keep where there is no other way
 _SLOW = 0.1, 0.5                        # m/s, rad/s: the fastest of them
+_STANDS = 0.03, 0.05    # m/s, rad/s: a slower robot stands
 _HALF = 0.05            # s: half the time from one packet to the next
 _AHEAD = (0.08, 0.16, 0.24)             # m, rad: poses of a move that are compared with where the robot was
 _SAME = 0.03, 0.06                      # m, rad: so near to such a pose it was there
 NOWHERE = np.zeros((0, 3))
-NOBODY = np.array(math.inf)
+NOBODY = np.array([math.inf])
+"""The distances of all candidates to places that there are not."""
 
 
 class Around(NamedTuple):
@@ -44,10 +46,9 @@ class Around(NamedTuple):
         walking_x, walking_y: of these, echoes of the last moments that no wall of the map explains: it may walk.
         apart: distances to the nearest place on no map that has not yet proved to stand still, see `Steering.apart`.
         beside: the same to the nearest place on no map that was heard in the last moments, also one that stands still.
-        lost: distance from the outline to the nearest place on no map that had not proved to stand still when it was
-            last heard, some seconds ago: who was there may be where no transducer looks, at the side and behind.
+        lost: the same to the nearest place on no map that had not proved to stand still when it was last heard, some
+            seconds ago: who was there may be where no transducer looks, at the side and behind.
         late: how much later than usual the robot may react (s).
-        answer: time from a packet to the effect of its answer (s).
     """
 
     standing_x: Array
@@ -56,9 +57,8 @@ class Around(NamedTuple):
     walking_y: Array
     apart: Array = NOBODY
     beside: Array = NOBODY
-    lost: float = math.inf
+    lost: Array = NOBODY
     late: float = 0.0
-    answer: float = 0.0
 
 
 class SteeringChoice(NamedTuple):
@@ -82,16 +82,17 @@ def slowness(tuned: SteeringNumbers, max_linear: float) -> Slowness:
 class Steering:
     """Chooses velocities for one robot."""
 
-    def __init__(self, chassis: Chassis, tuned: SteeringNumbers, turns_bare: bool = True):
+    def __init__(self, chassis: Chassis, tuned: SteeringNumbers, makes_map: bool = False):
         """Make the tables.
 
         Args:
             chassis: the robot.
             tuned: the tuned numbers.
-            turns_bare: where it has no other way, it may also turn on the spot with next to no distance from what
-                stands there. A robot that makes its map may not: its map is wrong by some centimetres.
+            makes_map: the robot makes its map, which is wrong by some centimetres, and knows only what it has heard.
+                So it does not turn on the spot with next to no distance from what stands there, though it may have no
+                other way; and where it has little room on a side it is slow, for a leg of a table may be heard late.
         """
-        self._chassis, self._tuned, self._turns_bare = chassis, tuned, turns_bare
+        self._chassis, self._tuned, self._makes_map = chassis, tuned, makes_map
         self.moves = Moves(chassis, tuned.margin)
         self._bare, self._wide = Moves(chassis, _BARE), Moves(chassis, tuned.margin_walking)
         narrower = 1.0 - tuned.retrace_narrower / chassis.half_width
@@ -119,7 +120,7 @@ class Steering:
         allowed = self._allowed(velocity, around, live)
         if blocked > self._tuned.squeeze_after:
             bare = self._allowed(velocity, around, live, (self._bare, self._wide))
-            allowed |= bare & (self._turns_bare | (self._linear != 0.0))
+            allowed |= bare & ((self._linear != 0.0) | (not self._makes_map))
             if not allowed[:-1].any():
                 allowed = self._retraced(velocity, around, live, trail)
         cost = self._costs(pose, velocity, plan)
@@ -136,25 +137,26 @@ class Steering:
         return SteeringChoice(twist, "on the way")
 
     def finish(self, pose: Pose, velocity: Twist, around: Around, live: Iterable[int], goal: Pose,
-               turn_only: bool) -> SteeringChoice:
+               turn_only: bool, answer: float) -> SteeringChoice:
         """Return the velocity that ends a way: straight to a goal near by, then to its heading.
 
         Args:
             pose, velocity, around, live: as for `choose`.
             goal: the goal (map frame).
             turn_only: the robot is at the goal, and only its heading is to change.
+            answer: time (s) until it does what it is told now.
         """
         tuned = self._tuned
         along, aside = (float(each) for each in into(pose, np.array(goal.x), np.array(goal.y)))
         distance = math.hypot(along, aside)
         doing = "at the goal, turning to its heading" if turn_only else "finishing, straight to the goal"
         if turn_only:
-            wanted = self._turn_by(wrapped(goal.heading - pose.heading), velocity, around.answer)
+            wanted = self._turn_by(wrapped(goal.heading - pose.heading), velocity, answer)
         else:
             back = along < 0.0 and distance < 0.25
             off = math.atan2(-aside, -along) if back else math.atan2(aside, along)
             if abs(off) > 0.5:
-                wanted = self._turn_by(off, velocity, around.answer)
+                wanted = self._turn_by(off, velocity, answer)
             else:
                 top = tuned.backward if back else self._chassis.max_linear
                 speed = min(top, math.sqrt(2.0 * 0.6 * tuned.braking * distance),
@@ -165,11 +167,10 @@ class Steering:
         return self._held_back(wanted, velocity, around, live, doing)
 
     def apart(self, x: Array, y: Array, which: Array) -> Array:
-        """Return distances (m) to the nearest of some places, infinite without one: one distance for each candidate.
+        """Return for each candidate the distance (m) to the nearest of some places, infinite without one.
 
-        Each is that from all the floor which the robot covers until it stands, if it goes on forward so: somebody
-        ahead walks to where the robot drives. For all other candidates, the last of which stands, it is that from the
-        outline.
+        A candidate that goes forward counts it from all the floor that the robot covers until it stands, for somebody
+        may walk to there. All others count it from the outline; the last of them stands.
 
         Args:
             x, y: the places (m, robot's frame).
@@ -200,6 +201,12 @@ class Steering:
         angular = velocity.angular + float(_within(told.angular - velocity.angular, tuned.turn_acceleration * _HALF))
         return compose(pose, Pose(linear * answer + linear * abs(linear) / (2.0 * tuned.braking), 0.0,
                                   angular * answer + angular * abs(angular) / (2.0 * tuned.turn_acceleration)))
+
+    def stands(self, velocity: Twist, told: Twist) -> bool:
+        """Return whether the robot stands by now. It has braked since it was `told` to stop; see `stands_at`."""
+        braked = Twist(self._tuned.braking * _HALF, self._tuned.turn_acceleration * _HALF) if told == STOP else STOP
+        return (abs(velocity.linear) < _STANDS[0] + braked.linear
+                and abs(velocity.angular) < _STANDS[1] + braked.angular)
 
     def _turn_by(self, angle: float, velocity: Twist, answer: float) -> Twist:
         """Return the turn by an angle (rad) that brakes in time. For the other arguments see `stands_at`."""
@@ -303,6 +310,9 @@ class Steering:
                    & self.moves.covered(live)[self._number])
         # What has stood still may be somebody, who begins to walk.
         allowed &= (np.abs(self._linear) <= tuned.passing) | (meets < around.beside)
+        if self._makes_map:
+            room = self._wide.ways(*into(ahead, around.standing_x, around.standing_y))
+            allowed &= (np.abs(self._linear) <= tuned.tight) | (room[self._number] > needed)
         if slow:
             allowed &= (np.abs(self._linear) <= _SLOW[0]) & (np.abs(self._angular) <= _SLOW[1])
         allowed[-1] = True

@@ -76,13 +76,14 @@ class LocalisationNumbers:
         20.0, Number(0.1, 1000.0), "the same when a long way has proven it, too: misfits tell sooner", "s")
     period_unsure: float = parameter(0.8, Number(0.1, 1000.0), "time between two searches while it is not", "s")
     margin: float = parameter(
-        0.25, Number(0.0, 5.0), "a pose found by a search must explain each spot better than the cloud by this")
+        0.25, Number(0.0, 5.0), "a pose found by a search must explain each spot better than the cloud by this (a spot"
+        " is a square in which readings end, see `measurement.SPOT`)")
     margin_proven: float = parameter(
         0.6, Number(0.0, 5.0), "the same when a long way has proven the pose, also in doubt: after a carry it is more")
     margin_guessed: float = parameter(
         0.08, Number(0.0, 5.0), "the same while the pose is not sure, and no long way has proven it")
     least_spots: float = parameter(
-        90.0, Number(1.0, 5000.0), "with fewer spots, margins grow: half the spots, twice the margin (the most)")
+        90.0, Number(1.0, 5000.0), "with fewer spots than this, margins grow; with half as many, they are doubled")
     new_readings: int = parameter(
         15, Whole(0, 5000), "a search begins only after so many new readings: standing tells nothing new")
     place_explained: float = parameter(
@@ -194,6 +195,8 @@ class SteeringNumbers:
     walking: float = parameter(0.5, Number(0, 2), "speed at which a young echo may come nearer", "m/s")
     passing: float = parameter(
         0.2, Number(0.05, 2), "speed at which it may go by what is on no map and has stood still", "m/s")
+    tight: float = parameter(
+        0.15, Number(0.05, 2), "speed while it makes a map, where `margin_walking` is not free on both sides", "m/s")
     backward: float = parameter(0.15, Number(0, 1), "greatest speed backward", "m/s")
     horizon: float = parameter(1.5, Number(0.2, 5), "how far ahead in time a move is judged", "s")
     delay: float = parameter(0.15, Number(0, 1), "time until a command has an effect", "s")

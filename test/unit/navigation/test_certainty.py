@@ -235,10 +235,14 @@ def test_a_doubt_may_be_raised_from_outside():
     certainty = sure()
     certainty.compare(-1.2 * TUNED.margin_proven, TUNED.least_spots / 1.5)
     certainty.doubt()
-    assert certainty.doubts and certainty.reason.endswith("what I hear does not fit the map here")
+    assert not certainty.sure and certainty.reason.endswith("other places look like this one")
     hear(certainty, 1.0, count=1)
     certainty.judge(spread())
-    assert not certainty.sure
+    assert not certainty.sure and not certainty.on_a_line, "it may drive along no line"
+    for _ in range(TUNED.sure_searches):
+        certainty.compare(0.1, MANY)
+    certainty.judge(spread())
+    assert certainty.sure
 
 
 def test_it_searches_the_less_often_the_better_the_place_is_proven():

@@ -30,29 +30,34 @@ def test_a_clock_that_is_set_makes_a_delay_for_some_seconds():
     assert delay.of(2.0 + COMPARED, 2.7 + COMPARED) == 0.0
 
 
+def late(lateness, time, now):
+    lateness.note(time, now)
+    return lateness.late
+
+
 def test_packets_in_time_are_not_late():
     lateness = Lateness()
-    assert {lateness.of(0.1 * k, 0.1 * k + 0.02) for k in range(50)} == {0.0}
+    assert {late(lateness, 0.1 * k, 0.1 * k + 0.02) for k in range(50)} == {0.0}
 
 
 def test_a_packet_that_does_not_come_and_one_that_comes_late_make_the_robot_late():
-    missed, late = Lateness(), Lateness()
-    missed.of(0.0, 0.0)
-    assert missed.of(0.3, 0.3) == pytest.approx(0.3 - USUAL)
-    late.of(0.0, 0.0)
-    assert late.of(0.1, 0.3) == pytest.approx(0.3 + 0.2 - USUAL)     # to here, and back
+    missed, slow = Lateness(), Lateness()
+    missed.note(0.0, 0.0)
+    assert late(missed, 0.3, 0.3) == pytest.approx(0.3 - USUAL)
+    slow.note(0.0, 0.0)
+    assert late(slow, 0.1, 0.3) == pytest.approx(0.3 + 0.2 - USUAL)     # to here, and back
 
 
 def test_what_was_late_is_expected_to_be_late_again_for_some_seconds():
     lateness = Lateness()
-    lateness.of(0.0, 0.0)
-    first = lateness.of(0.5, 0.5)
-    found = {round(0.5 + 0.1 * k, 1): lateness.of(0.5 + 0.1 * k, 0.5 + 0.1 * k) for k in range(1, 50)}
-    assert {time for time, late in found.items() if late} == {
+    lateness.note(0.0, 0.0)
+    first = late(lateness, 0.5, 0.5)
+    found = {round(0.5 + 0.1 * k, 1): late(lateness, 0.5 + 0.1 * k, 0.5 + 0.1 * k) for k in range(1, 50)}
+    assert {time for time, each in found.items() if each} == {
         time for time in found if time <= 0.5 + EXPECTED} and set(found.values()) == {0.0, first}
 
 
 def test_time_that_jumps_back_is_not_late():
     lateness = Lateness()
-    lateness.of(1000.0, 1000.0)
-    assert lateness.of(5.0, 5.0) == 0.0
+    lateness.note(1000.0, 1000.0)
+    assert late(lateness, 5.0, 5.0) == 0.0

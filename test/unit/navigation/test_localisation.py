@@ -10,6 +10,7 @@ from pioneer_control.errors import UsageError
 from pioneer_control.floor_poses import Pose
 from pioneer_control.navigation.certainty import Certainty
 from pioneer_control.navigation.localisation import Localisation
+from pioneer_control.navigation.measurement import RangeModel
 from pioneer_control.navigation.pose_cloud import PoseCloud
 from pioneer_control.navigation.pose_search import Found, PoseSearch
 from pioneer_control.navigation.tuned import LocalisationNumbers
@@ -129,20 +130,22 @@ def test_as_soon_as_it_is_unsure_it_searches():
 
 
 @pytest.mark.parametrize("spots, better, sure, moves", [
-    (200.0, 0.7, False, True), (60.0, 0.7, False, False), (60.0, 1.0, False, True), (60.0, 0.5, True, False)])
+    (200, 0.7, False, True), (60, 0.7, False, False), (60, 1.0, False, True), (60, 0.5, True, False)])
 def test_where_few_spots_were_heard_another_pose_raises_a_doubt_before_it_is_believed(
         monkeypatch, spots, better, sure, moves):
     """1507: a thing on no map beside the robot was a wall elsewhere. It moved there, and was sure."""
     robot, localisation = localised()
-    here, there = np.array([localisation.where.pose]), np.array([[1.0, 3.4, 0.0]])
-    monkeypatch.setattr(PoseSearch, "scored", lambda self, poses, beams: Found(there, np.array([-3.0]), spots))
-    monkeypatch.setattr(PoseSearch, "improved", lambda self, poses, beams: Found(
-        here, np.array([-3.0 - better]), spots))
+    here, there, before = np.array([localisation.where.pose]), np.array([[1.0, 3.4, 0.0]]), len(localisation._recent)
+    monkeypatch.setattr(PoseSearch, "scored", lambda self, poses, beams: Found(there, np.array([-3.0])))
+    monkeypatch.setattr(PoseSearch, "improved", lambda self, poses, beams: Found(here, np.array([-3.0 - better])))
+    monkeypatch.setattr(RangeModel, "spot_shares", lambda self, beams: np.ones(spots))
     monkeypatch.setattr(Certainty, "accepts", lambda self, explained: True)
-    localisation._consider(Found(there, np.array([-3.0]), spots), localisation._wheels.odometry)
+    localisation._consider(Found(there, np.array([-3.0])), localisation._wheels.odometry)
     where = localisation.update(robot.step(0.03, -0.05))
     monkeypatch.undo()
     assert where.sure == sure
+    forgets = len(localisation._recent) < 2 * LocalisationNumbers().kept_in_doubt < before
+    assert forgets or sure or moves, "a doubt about a place is one about what was heard before, too"
     near_there = np.hypot(*(localisation.particles[:, :2] - there[0, :2]).T) < 0.5
     assert (near_there.mean() > 0.5) == moves
 

@@ -103,14 +103,24 @@ def test_on_a_slow_line_it_begins_to_brake_at_the_goal_earlier():
     assert ends[0] - ends[1] > 0.01
 
 
-def test_it_counts_the_floor_that_it_covers_until_it_stands_from_what_may_walk_and_when_its_answer_takes_effect():
+def test_a_packet_that_comes_late_makes_it_brake_at_the_goal_earlier():
+    ends = []
+    for late in (0.0, 0.2):
+        run = Run(start=Pose(2.0, 2.0, 0.0)).driving((4.0, 2.0, 2.0))
+        while run.step(Readiness(late=late)).twist.linear > 0.0:
+            pass
+        ends.append(run.pose.x)
+    assert ends[0] - ends[1] > 0.01
+
+
+def test_it_counts_the_floor_that_it_covers_until_it_stands_from_what_may_walk():
     run = Run(start=Pose(2.0, 2.0, 0.0)).driving((4.5, 2.0, None))
     run.posts = [(run.pose.x + 0.8, run.pose.y + side * 0.4) for side in (-1.0, 1.0)]
     for _ in range(3):
-        run.step(Readiness(on_the_way=0.03))
+        run.step()
     around = run.navigator._around(run.pose, run.time)
-    assert around.apart.min() < around.apart[-1] - 0.1 < math.inf
-    assert around.answer == pytest.approx(0.03 + SteeringNumbers().answered)
+    for distances in (around.apart, around.beside):
+        assert distances.min() < distances[-1] - 0.1 < math.inf
 
 
 def test_it_drives_round_what_is_on_no_map():
@@ -620,12 +630,12 @@ def test_only_while_it_makes_its_map_it_keeps_off_walls_that_are_suspected(makes
 
 
 @pytest.mark.parametrize("makes_map", [True, False])
-def test_only_on_a_map_that_is_given_it_turns_with_next_to_no_distance(makes_map, monkeypatch):
+def test_the_steering_is_told_whether_the_robot_makes_its_map(makes_map, monkeypatch):
     """test_steering tests what that does."""
-    made = []
-    monkeypatch.setattr(navigator, "Steering", lambda *_, turns_bare: made.append(turns_bare))
+    told = []
+    monkeypatch.setattr(navigator, "Steering", lambda *rest: told.append(rest[-1]))
     Navigator(room(), chassis_of(), through_unknown=makes_map)
-    assert made == [not makes_map]
+    assert told == [makes_map]
 
 
 @pytest.mark.parametrize("makes_map", [True, False])

@@ -12,8 +12,8 @@ from pioneer_control.navigation.planning import DrivableFloor
 from pioneer_control.navigation.tuned import PlanningNumbers, SteeringNumbers
 from pioneer_control.navigation.values import STOP, Twist
 
-NOBODY = np.zeros(0)
 ALL = range(16)
+ANSWER = 0.08    # s
 FLOOR = DrivableFloor(room(), chassis_of().half_width, PlanningNumbers())
 STEERING = Steering(chassis_of(), SteeringNumbers())
 HERE = Pose(1.5, 2.0, 0.0)
@@ -22,7 +22,7 @@ HERE = Pose(1.5, 2.0, 0.0)
 def around(standing=(), walking=()):
     columns = [np.array([point[axis] for point in points], dtype=float)
                for points in (standing, walking) for axis in (0, 1)]
-    return Around(*columns, answer=0.08)
+    return Around(*columns)
 
 
 def wall(x, low=-0.5, high=0.5):
@@ -129,16 +129,16 @@ def test_at_last_it_keeps_next_to_no_distance_and_is_slow():
     assert fast.blocked
 
 
-@pytest.mark.parametrize("turns_bare", [True, False])
-def test_while_it_makes_its_map_it_squeezes_through_but_turns_nowhere_without_the_usual_distance(turns_bare):
+@pytest.mark.parametrize("makes_map", [True, False])
+def test_while_it_makes_its_map_it_squeezes_through_but_turns_nowhere_without_the_usual_distance(makes_map):
     """Its own map is right to some centimetres. A corner of the body touched a wall in a turn 1 cm beside it."""
-    steering = Steering(chassis_of(), SteeringNumbers(), turns_bare)
+    steering = Steering(chassis_of(), SteeringNumbers(), makes_map)
     alley = around([(x, side * 0.235) for side in (-1, 1) for x in np.arange(-1.0, 1.0, 0.02)])
     assert 0.0 < choose((4.5, 2.0), what=alley, steering=steering, blocked=30.0).twist.linear <= 0.1
     reach = chassis_of().reach + 0.02
     ring = around([(reach * math.cos(angle), reach * math.sin(angle)) for angle in np.arange(0.0, 6.28, 0.05)])
     turn = choose((0.5, 2.0), what=ring, live=(), steering=steering, blocked=5.0).twist.angular
-    assert (turn != 0.0) == turns_bare
+    assert (turn != 0.0) != makes_map
     assert choose((0.5, 2.0), what=ring, live=(), steering=steering, blocked=3.0).twist == STOP
 
 
@@ -177,7 +177,7 @@ def test_without_sonar_behind_it_never_drives_back():
 
 
 def finish(goal, pose=HERE, what=None, turn_only=False, live=ALL):
-    return STEERING.finish(pose, STOP, what or around(), live, goal, turn_only)
+    return STEERING.finish(pose, STOP, what or around(), live, goal, turn_only, ANSWER)
 
 
 def test_it_slows_down_towards_the_goal_and_not_before_it_must():
@@ -203,11 +203,11 @@ def test_the_turn_to_a_heading_takes_not_much_longer_than_it_must_and_ends_in_it
     pose, velocity, told, time = Pose(1.5, 2.0, 0.0), STOP, STOP, 0.0
     faster = 0.1 * SteeringNumbers().turn_acceleration
     while True:
-        off = turn - STEERING.stands_at(pose, velocity, told, 0.08).heading
+        off = turn - STEERING.stands_at(pose, velocity, told, ANSWER).heading
         if abs(off) < 0.03 and abs(velocity.angular) < 0.05:
             break
         told = STOP if abs(off) < 0.03 else STEERING.finish(
-            pose, velocity, around(), ALL, Pose(1.5, 2.0, turn), True).twist
+            pose, velocity, around(), ALL, Pose(1.5, 2.0, turn), True, ANSWER).twist
         rate = velocity.angular + min(max(told.angular - velocity.angular, -faster), faster)
         pose = pose._replace(heading=pose.heading + 0.1 * velocity.angular)
         velocity, time = Twist(0.0, rate), time + 0.1
@@ -217,9 +217,9 @@ def test_the_turn_to_a_heading_takes_not_much_longer_than_it_must_and_ends_in_it
 def test_a_robot_that_still_rolls_does_not_turn_where_it_would_touch_as_it_stands():
     steering = Steering(chassis_of("p3at-sh"), SteeringNumbers())
     beside, goal = around([(-0.12, 0.31)]), Pose(1.6, 2.0, -1.5)    # beside the tail, where it comes to stand
-    rolling = steering.finish(HERE, Twist(0.3, 0.0), beside, ALL, goal, True)
+    rolling = steering.finish(HERE, Twist(0.3, 0.0), beside, ALL, goal, True, ANSWER)
     assert rolling.twist == STOP and not rolling.blocked
-    assert steering.finish(HERE, Twist(0.3, 0.0), around(), ALL, goal, True).twist.angular < -0.5
+    assert steering.finish(HERE, Twist(0.3, 0.0), around(), ALL, goal, True, ANSWER).twist.angular < -0.5
 
 
 def test_it_tells_where_it_comes_to_stand():
@@ -228,6 +228,14 @@ def test_it_tells_where_it_comes_to_stand():
     assert 0.1 < x - HERE.x < 0.2 and 0.24 < heading < 0.5
     assert STEERING.stands_at(HERE, Twist(0.4, 0.0), STOP, 0.08).x < x, "it brakes already"
     assert STEERING.stands_at(HERE, Twist(0.4, 1.2), Twist(0.4, 1.2), 0.02).x == pytest.approx(x - 0.06 * 0.4, abs=2e-3)
+
+
+@pytest.mark.parametrize("velocity, told, stands", [
+    (Twist(0.02, 0.04), Twist(0.0, 0.12), True), (Twist(0.05, 0.0), Twist(0.05, 0.0), False),
+    (Twist(0.0, 0.2), Twist(0.0, 0.12), False), (Twist(0.05, 0.2), STOP, True), (Twist(-0.1, 0.0), STOP, False),
+    (Twist(0.0, -0.3), STOP, False)])
+def test_a_robot_that_was_told_to_stop_stands_as_soon_as_its_brakes_have_ended(velocity, told, stands):
+    assert STEERING.stands(velocity, told) == stands
 
 
 def test_at_the_goal_it_does_not_turn_into_what_is_near():
@@ -261,15 +269,22 @@ def test_it_goes_by_what_has_stood_still_as_fast_as_it_may(max_linear, speed):
 def test_the_turn_to_a_heading_is_told_as_it_brakes_and_not_by_leaps(rate):
     """Between two candidates it told the faster one: 1.2 rad/s where 0.85 brakes in time."""
     steering = Steering(chassis_of()._replace(max_angular=rate), SteeringNumbers())
-    rates = [steering.finish(HERE, STOP, around(), ALL, HERE._replace(heading=left), True).twist.angular
+    rates = [steering.finish(HERE, STOP, around(), ALL, HERE._replace(heading=left), True, ANSWER).twist.angular
              for left in np.arange(0.02, 0.8, 0.01)]
     assert rates == sorted(rates) and rates[-1] == rate
     assert np.diff(rates).max() < 0.1 and np.unique(rates).size > 10
 
 
+@pytest.mark.parametrize("goal, turn_only", [(HERE._replace(heading=0.3), True), (Pose(1.76, 2.15, 0.0), False)])
+def test_the_later_its_answer_has_an_effect_the_earlier_it_brakes_a_turn(goal, turn_only):
+    slower, faster = (STEERING.finish(HERE, Twist(0.0, 1.0), around(), ALL, goal, turn_only, answer).twist.angular
+                      for answer in (0.15, 0.02))
+    assert 0.0 < slower < faster - 0.1
+
+
 def test_it_turns_no_faster_than_it_may_as_it_finishes():
     steering = Steering(chassis_of()._replace(max_angular=0.3), SteeringNumbers())
-    aside = steering.finish(HERE, Twist(0.2, 0.0), around(), ALL, Pose(1.65, 2.06, 0.0), False).twist
+    aside = steering.finish(HERE, Twist(0.2, 0.0), around(), ALL, Pose(1.65, 2.018, 0.0), False, ANSWER).twist
     assert 0.25 < aside.angular <= 0.3 and aside.linear > 0.0
 
 
@@ -279,9 +294,12 @@ def test_it_is_slower_before_somebody_ahead_and_aside_than_before_somebody_abeam
     for x, y, late in ((0.0, 0.7, 0.0), (0.7, 0.52, 0.0), (0.0, 0.7, 0.3)):     # as far from the outline
         distances = STEERING.apart(np.array([x]), np.array([y]), np.array([True]))
         assert distances[-1] == pytest.approx(0.49, abs=0.005)
-        somebody = around()._replace(apart=distances, beside=distances, late=late)
-        told.append(choose((4.5, 2.0), velocity=Twist(0.4, 0.0), what=somebody).twist.linear)
-    assert told[0] == 0.4 and 0.0 < told[1] < 0.3 and 0.0 < told[2] < 0.1
+        for somebody in ({"apart": distances}, {"beside": distances}):
+            what = around()._replace(late=late, **somebody)
+            told.append(choose((4.5, 2.0), velocity=Twist(0.4, 0.0), what=what).twist.linear)
+    assert told[:2] == [0.4, 0.4]
+    assert 0.0 < told[2] < 0.3 and 0.0 < told[4] < 0.1, "who has just come"
+    assert 0.2 <= told[3] < 0.3 and told[5] == 0.2, "who has stood still"
 
 
 def test_somebody_ahead_does_not_keep_it_from_going_back_or_turning():
@@ -297,3 +315,16 @@ def test_what_it_keeps_from_is_the_floor_of_the_curve():
     fast = STEERING._linear > 0.3
     left, straight = (distances[fast & which].min() for which in (STEERING._angular > 1.0, STEERING._angular == 0.0))
     assert left < straight - 0.1
+
+
+def test_while_it_makes_its_map_it_is_slow_where_it_has_little_room_on_a_side():
+    """Run 1131: a leg of a table was heard 4 cm away, between others that were nearly as near."""
+    steering = Steering(chassis_of(), SteeringNumbers(), makes_map=True)
+    half = chassis_of().half_width
+
+    def speed(room, steering=steering):
+        beside = around([(x, side * (half + room)) for x in np.arange(0.0, 2.0, 0.05) for side in (1.0, -1.0)])
+        return choose((4.5, 2.0), velocity=Twist(0.2, 0.0), what=beside, steering=steering).twist.linear
+
+    assert 0.1 < speed(0.08) <= SteeringNumbers().tight < 0.3 < speed(0.15)
+    assert speed(0.08, STEERING) > 0.3, "on a map that is given"
