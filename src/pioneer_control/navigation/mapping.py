@@ -248,8 +248,7 @@ class Mapper:
             if found and _at_edge(pose, found.pose, reach, turn):
                 found = self._match(number, beams, found.pose, numbers.window, numbers.window_turn) or found
                 yield
-            self._graph.set_walls(number, wall_directions(
-                self._drawn[number].stretch.beams(self._graph.bias), self._wall_numbers))
+            self._graph.set_walls(number, wall_directions(self._heard_lately(number), self._wall_numbers))
             if found:
                 self._graph.untie(number)
                 self._tie(number, found)
@@ -266,6 +265,20 @@ class Mapper:
         index = np.nonzero(beams.range < self._match_numbers.reach)[0]
         index = index[::max(1, math.ceil(len(index) / self._numbers.most_readings))]
         return beams.chosen(index)
+
+    def _heard_lately(self, number: int) -> SonarBeams:
+        """Return what a stretch heard, and those before it, relative to its begin by the wheels.
+
+        A robot with few transducers, or one that turns often, hears too little of a wall in one stretch to tell its
+        direction.
+        """
+        pose, heard = Pose(0.0, 0.0, 0.0), []
+        for each in range(number, max(-1, number - int(self._wall_numbers.stretches)), -1):
+            stretch = self._drawn[each].stretch
+            if each < number:
+                pose = compose(pose, relative(stretch.end(self._graph.bias), Pose(0.0, 0.0, 0.0)))
+            heard.append(stretch.beams(self._graph.bias).moved(*pose))
+        return SonarBeams(*map(np.concatenate, zip(*heard)))
 
     def _match(self, number: int, beams: SonarBeams, pose: Pose, reach: float, turn: float) -> Optional[Match]:
         """Look for the readings of a stretch near a pose on what the others drew; None where too little is known."""

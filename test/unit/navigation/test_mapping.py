@@ -66,6 +66,17 @@ def test_square_walls_tell_the_heading():
     assert off[0.7] < 0.2 * off[1.1], "it drives the room round only once"
 
 
+def test_stretches_together_tell_of_walls_of_which_each_heard_too_little():
+    """As an AmigoBot's eight transducers do, or a robot that turns often."""
+    sensings, truth = rounds(0.02, 1, 2)
+    off = {}
+    for stretches in (1, WallNumbers().stretches):
+        mapper = Mapper(SONAR, pose=truth[0], wall_numbers=WallNumbers(stretches=stretches))
+        own = [mapper.update(sensing) for sensing in sensings]
+        off[stretches] = worst(own[len(own) // 2:], truth[len(own) // 2:])
+    assert off.pop(1) > 0.1 > 0.05 > off.popitem()[1]
+
+
 @functools.lru_cache(maxsize=None)
 def mapped_while_it_veers():
     """A map of two rounds with an odometry that veers; nobody changes it."""
