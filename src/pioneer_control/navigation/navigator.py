@@ -130,7 +130,7 @@ class _Task:
         self.progress_odometry: Optional[Pose] = None   # odometry then
         self.waiting_since: Optional[float] = None      # s
         self.waiting_kind = ""                  # of its reasons
-        self.last_twist = STOP
+        self.last_twist = STOP                  # what the robot was told last
         self.stall_count = 0
         self.blocked_since: Optional[float] = None      # s; None: it is not blocked
         self.blocked_at: Optional[Pose] = None          # pose (map frame) then
@@ -366,6 +366,7 @@ class Navigator:
 
     def _wait(self, task: _Task, kind: str, decision: Decision, now: float) -> Decision:
         """Return the decision to wait; or give up, when the robot has waited for reasons of this kind for too long."""
+        task.last_twist = decision.twist
         task.wait(kind, now)
         waited = task.waited(kind, now)
         if waited > self._numbers.navigator.wait:
@@ -390,7 +391,6 @@ class Navigator:
                 rate = math.copysign(min(numbers.unsure_turn, self._chassis.max_angular), self._side(task, where, now))
                 turns = [each for each in (rate, -rate) if self._steering.may_turn(each, self._velocity, around)]
                 twist = Twist(0.0, turns[0]) if turns else STOP
-        task.last_twist = twist
         return self._wait(task, _LOST, Decision(twist, State.WAITING, reason), now)
 
     def _along(self, where: Whereabouts, now: float) -> Twist:
@@ -457,6 +457,7 @@ class Navigator:
                 now - task.progress_at, aside, _apart(task.goal, pose)))
         around, live = self._around(pose, now), self._obstacles.live(now - numbers.navigator.silent)
         if around.apart[-1] < numbers.navigator.give_way:
+            task.last_twist = STOP
             return Decision(STOP, State.WAITING, _GIVING_WAY)
         assert task.plan is not None
         task.way = task.plan.points_from(pose[:2])

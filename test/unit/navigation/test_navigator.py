@@ -159,11 +159,13 @@ def stands(run):
 
 
 def test_it_stands_while_somebody_walks_beside_it_and_goes_on_after():
-    run = Run(start=Pose(1.0, 2.0, 0.0)).driving((5.0, 2.0, None))
+    run, told = Run(start=Pose(1.0, 2.0, 0.0)).driving((5.0, 2.0, None)), set()
     for step in range(40):      # past the robot on its left, from behind
         run.posts = [(run.pose.x - 0.3 + 0.03 * step, run.pose.y + 0.4)]
-        run.step()
+        gives_way = run.step().reason.startswith("giving way")
+        told |= {run.navigator._task.last_twist} if gives_way else set()
         assert step < 6 or step > 20 or stands(run)
+    assert told == {STOP}, "it brakes already when it goes on"
     run.posts = ()
     assert run.until(State.REACHED, State.FAILED).state is State.REACHED
 
