@@ -311,7 +311,7 @@ class WallNumbers:
     square: float = parameter(0.07, Number(0.01, 0.3), "walls are taken as square when they are off by less", "rad")
     share: float = parameter(
         0.7, Number(0.3, 1.1), "share of all walls that must be square, or none is held so; above 1: none ever is")
-    slack: float = parameter(0.01, Number(0.001, 0.2), "added to the deviation of a wall's direction", "rad")
+    slack: float = parameter(0.02, Number(0.001, 0.2), "added to the deviation of a wall's direction", "rad")
 
 
 @dataclass(frozen=True)
