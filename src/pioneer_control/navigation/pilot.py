@@ -7,14 +7,13 @@ from typing import Any, List, NamedTuple, Optional, Union
 import numpy as np
 
 from ..errors import RefusedError
-from ..floor_poses import Pose
+from ..floor_poses import Pose, relative
 from ..maps import FloorMap, GridMap
 from .chassis import Chassis
 from .exploring import Explorer, NextGoal, with_driven_floor
 from .localisation import Localisation, Where
 from .mapping import Mapper
 from .navigator import Accelerations, Decision, Navigator, Readiness, State
-from .steady_odometry import SteadyOdometry
 from .stretch import MOST_TURN
 from .tuned import NavigationNumbers
 from .values import STOP, Point, Sensing, Twist
@@ -38,7 +37,7 @@ class PilotStep(NamedTuple):
     Attributes:
         time: of the packet (s).
         odometry: pose by the wheels at that time, as they tell it.
-        jumped: whether it is one to which no robot could have driven since the packet before.
+        jumped: whether it has jumped since the packet before.
         where: pose on the map; None before the first packet.
         state: what navigation does.
         reason: why, for people.
@@ -178,7 +177,7 @@ class Pilot:
         self._chassis, self._numbers = chassis, numbers
         self._knows: Union[KnownMap, OwnMap] = (
             OwnMap(chassis, numbers, start) if floor is None else KnownMap(floor, chassis, numbers, seed))
-        self._odometry = SteadyOdometry()
+        self._origin: Optional[Pose] = None     # of the odometry
         self._explorer: Optional[Explorer] = None
         self._explore_from = 0.0
         self._home_tries = 0
@@ -293,7 +292,7 @@ class Pilot:
 
     def sense(self, sensing: Sensing, readiness: Readiness) -> PilotStep:
         """Take what the robot sensed in one packet, and return what to do."""
-        told, sensing = sensing.odometry, sensing._replace(odometry=self._odometry.of(sensing.odometry, sensing.time))
+        jumped, self._origin = self._origin not in (None, sensing.origin), sensing.origin
         where = self._knows.sense(sensing, self._is_new or self._plans > 0 or self._chooses)
         decision = self._navigator.step(sensing, where, readiness, sensing.time + readiness.late)
         explorer = self._explorer
@@ -315,8 +314,8 @@ class Pilot:
             decision = Decision(STOP, State.WAITING, "choosing where to go next")
         if ended and explorer is None:
             self._goal = None
-        self.step = PilotStep(sensing.time, told, self._odometry.jumped, where, decision.state, decision.reason,
-                              decision.twist, self._goal, self._navigator.late, self._navigator.plan)
+        self.step = PilotStep(sensing.time, relative(sensing.origin, sensing.odometry), jumped, where, decision.state,
+                              decision.reason, decision.twist, self._goal, self._navigator.late, self._navigator.plan)
         self._knows.told(decision.twist)
         return self.step
 

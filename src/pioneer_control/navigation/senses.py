@@ -10,6 +10,7 @@ from typing import Deque, Dict, Iterable, List, Optional, Sequence, Tuple
 from ..floor_poses import Pose, between
 from ..robots import ARRAY_SIZE
 from .firings import CYCLE, timed
+from .steady_odometry import SteadyOdometry
 from .values import Sensing
 
 MOST_WAITING = 50
@@ -82,7 +83,8 @@ class Senses:
     """Makes one `Sensing` of each sonar message, with the pose at the same time.
 
     Messages of two topics may come in any order. So a sonar message waits until a pose of its time or later has come.
-    One that is newer than the last by less than `SHORTEST`, or a little older, is left out: time stands then.
+    One that is newer than the last by less than `SHORTEST`, or a little older, is left out: time stands then. When
+    somebody resets the odometry, the poses do not jump.
 
     Args:
         numbers: the fitted transducers.
@@ -90,7 +92,8 @@ class Senses:
 
     def __init__(self, numbers: Iterable[int]) -> None:
         self._watch = FiringWatch(numbers)
-        self._poses: Deque[Tuple[float, Pose]] = deque(maxlen=MOST_WAITING)
+        self._steady = SteadyOdometry()
+        self._poses: Deque[Tuple[float, Pose, Pose]] = deque(maxlen=MOST_WAITING)   # time (s), pose, origin
         self._waiting: Deque[Tuple[float, Sequence[float]]] = deque(maxlen=MOST_WAITING)
         self._told: Optional[float] = None      # time of what was sensed last
 
@@ -98,7 +101,7 @@ class Senses:
         """Take a pose by odometry of a time (s). Return what was sensed, oldest first; usually one or none."""
         if self._poses and time < self._poses[-1][0]:       # time has jumped back
             self._poses.clear()
-        self._poses.append((time, pose))
+        self._poses.append((time, self._steady.of(pose, time), self._steady.origin))
         return self._joined()
 
     def hear_sonar(self, time: float, ranges: Sequence[float]) -> List[Sensing]:
@@ -115,15 +118,16 @@ class Senses:
             if self._told is not None and -OUT_OF_ORDER < time - self._told < SHORTEST:
                 continue
             self._told = time
-            sensed.append(Sensing(time, self._pose_at(time), timed(self._watch.new(time, ranges), time)))
+            pose, origin = self._pose_at(time)
+            sensed.append(Sensing(time, pose, timed(self._watch.new(time, ranges), time), origin))
         return sensed
 
-    def _pose_at(self, time: float) -> Pose:
-        """Return the pose of a time (s), between the two poses around it."""
-        times = [each for each, _ in self._poses]
+    def _pose_at(self, time: float) -> Tuple[Pose, Pose]:
+        """Return the pose of a time (s), between the two poses around it, and its origin."""
+        times = [each for each, _, _ in self._poses]
         after = bisect.bisect_left(times, time)
-        later_time, later = self._poses[after]
+        later_time, later, origin = self._poses[after]
         if after == 0 or later_time == time:
-            return later
-        earlier_time, earlier = self._poses[after - 1]
-        return between(earlier, later, (time - earlier_time) / (later_time - earlier_time))
+            return later, origin
+        earlier_time, earlier, _ = self._poses[after - 1]
+        return between(earlier, later, (time - earlier_time) / (later_time - earlier_time)), origin

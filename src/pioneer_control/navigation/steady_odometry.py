@@ -8,19 +8,19 @@ from ..floor_poses import Pose, compose, relative
 FASTEST = 2.0, 5.0
 """No robot is faster than this: m/s and rad/s."""
 SPARE = 0.15, 0.3
-"""Way (m) and turn (rad) that a packet may tell besides: two packets that were held up have stamps near each other."""
+"""Way (m) and turn (rad) that a message may tell besides: stamps of two that were held up are near each other, and
+while a clock stands they are the same."""
 
 
 class SteadyOdometry:
     """Makes steady poses of those that the wheels of one robot tell.
 
     Attributes:
-        jumped: whether the last pose was one to which no robot could have driven.
+        origin: where the wheels tell a pose of 0, among steady poses.
     """
 
     def __init__(self) -> None:
-        self.jumped = False
-        self._frame = Pose(0.0, 0.0, 0.0)       # the origin of what the wheels tell, among steady poses
+        self.origin = Pose(0.0, 0.0, 0.0)
         self._step = Pose(0.0, 0.0, 0.0)        # the last one
         self._told: Optional[Pose] = None
         self._time = 0.0
@@ -34,13 +34,12 @@ class SteadyOdometry:
         self._told, self._time = told, time
         if before is not None:
             step = relative(before, told)
-            self.jumped = _jumps(step, passed)
-            if self.jumped:
-                self._frame = compose(compose(compose(self._frame, before), self._step),
-                                      relative(told, Pose(0.0, 0.0, 0.0)))
+            if _jumps(step, passed):
+                here = compose(compose(self.origin, before), self._step)
+                self.origin = compose(here, relative(told, Pose(0.0, 0.0, 0.0)))
             else:
                 self._step = step
-        return compose(self._frame, told)
+        return compose(self.origin, told)
 
 
 def _jumps(step: Pose, passed: float) -> bool:

@@ -27,12 +27,14 @@ class Firing(NamedTuple):
 class Sensing(NamedTuple):
     """What the robot senses in one standard packet (SIP).
 
-    `odometry` is the pose by the wheels at `time` (s). `firings` are those since the last packet, oldest first.
+    `odometry` is the pose by the wheels at `time` (s); it never jumps. `firings` are those since the last packet,
+    oldest first. `origin` is where the wheels tell a pose of 0, in the frame of `odometry`: see `steady_odometry`.
     """
 
     time: float
     odometry: Pose
     firings: Tuple[Firing, ...]
+    origin: Pose = Pose(0.0, 0.0, 0.0)
 
 
 class Scan(NamedTuple):

@@ -18,6 +18,7 @@ from pioneer_control.navigation.mapping import Mapper
 from pioneer_control.navigation.navigator import Navigator, Readiness, State
 from pioneer_control.navigation.pilot import OwnMap, Pilot
 from pioneer_control.navigation.pose_graph import PoseGraph
+from pioneer_control.navigation.steady_odometry import SteadyOdometry
 from pioneer_control.navigation.tuned import NavigationNumbers
 from pioneer_control.navigation.values import Sensing
 from pioneer_control.robots import find_model
@@ -42,6 +43,7 @@ class Drive:
                            Chassis(MODEL.sonar, MODEL.outline(False), 0.4, 1.6), seed=1)
         self._decoder, self._odometry = p2os.FrameDecoder(), Odometry(
             MODEL.dist_mm_per_unit, MODEL.angle_units_per_rev)
+        self._steady = SteadyOdometry()
         for step in (p2os.SYNC0, p2os.SYNC1, p2os.SYNC2):
             self.firmware.receive(p2os.encode_frame(step))
         for command in (("OPEN",), ("ENABLE", 1), ("SONAR", 1), ("SETA", 500), ("SETA", -800), ("SETRA", 172),
@@ -56,8 +58,9 @@ class Drive:
                 sip = p2os.decode_packet(frame)
         self._odometry.update(sip.x_counts, sip.y_counts, sip.heading_units)
         heard = [(each.number, each.range_units * MODEL.range_mm_per_unit / 1000.0) for each in sip.sonar]
-        step = self.pilot.sense(Sensing(self.firmware.time, Pose(*self._odometry.pose),
-                                        timed(heard, self.firmware.time)), readiness)
+        odometry = self._steady.of(Pose(*self._odometry.pose), self.firmware.time)
+        step = self.pilot.sense(Sensing(self.firmware.time, odometry, timed(heard, self.firmware.time),
+                                        self._steady.origin), readiness)
         self.firmware.receive(p2os.encode_command("VEL", round(step.twist.linear * 1000)))
         self.firmware.receive(p2os.encode_command("RVEL", round(math.degrees(step.twist.angular))))
         return step
