@@ -392,6 +392,22 @@ def test_what_could_not_be_drawn_does_not_count_as_drawn_in_a_turn_without_news(
     assert set(seen) <= {"NO PICTURE"}, "what is drawn after the mend does not count"
 
 
+def test_a_turn_before_the_page_knows_its_size_draws_all_the_same(page):
+    """On a busy computer the first news come before the browser has told how large the view is."""
+    late = page.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": """
+        const Prompt = ResizeObserver;
+        ResizeObserver = class {
+            constructor(tell) { this.tell = tell; }
+            observe(what) { setTimeout(() => new Prompt(this.tell).observe(what), 1000); }
+        };"""})
+    try:
+        page.open()
+        page.settle()
+        assert page.driver.get_log("browser") == []
+    finally:
+        page.driver.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", late)
+
+
 def test_a_map_without_room_is_drawn_all_the_same(page):
     page.open()
     page.resize(1280, 90)
