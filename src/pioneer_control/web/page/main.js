@@ -269,7 +269,7 @@ $("legend").open = innerWidth > 699;
 if ($("recording")) record(JSON.parse($("recording").textContent));
 else live = new Live("/page", firstWords(), {text, frames, state, recorded});
 onhashchange = () => live && location.hash && location.reload();
-dress();	// the observer's first word may come after the first turn
+dress();	// at once
 new ResizeObserver(dress).observe($("moving"));
 onkeydown = onpointermove = wake;
 setInterval(wake, TICK);
