@@ -98,8 +98,9 @@ class Explorer:
         self.homeward = False
         """Whether the present goal is home."""
 
-    def next(self, grid_map: GridMap, pose: Pose, time: float, path: Optional[Array] = None) -> NextGoal:
-        """Return where to go now. Ask again when it is there, when it failed, or when it `is_over`.
+    def next(self, grid_map: GridMap, pose: Pose, time: float, path: Optional[Array] = None) -> Optional[NextGoal]:
+        """Return where to go now; None: ask once more in the next packet, for to choose twice takes too long for one.
+        Ask again when it is there, when it failed, or when it `is_over`.
 
         Args:
             grid_map: the map.
@@ -109,8 +110,8 @@ class Explorer:
         """
         doubts = path is not None and len(self._looked) < self._numbers.most_doubts
         goal = self._next(grid_map, pose, Doubt(path, self._looked) if doubts else None)
-        self._attempt = _Attempt(goal, pose, time)
-        if goal.end is not None:
+        self._attempt = None if goal is None else _Attempt(goal, pose, time)
+        if goal is not None and goal.end is not None:
             (self._looked if goal.doubts else self._tried).append(goal.end)
         return goal
 
@@ -145,7 +146,7 @@ class Explorer:
         if self._attempt is not None:
             self._attempt.began = self._attempt.moved_at = time
 
-    def _next(self, grid_map: GridMap, pose: Pose, doubt: Optional[Doubt]) -> NextGoal:
+    def _next(self, grid_map: GridMap, pose: Pose, doubt: Optional[Doubt]) -> Optional[NextGoal]:
         if self._looks < _LOOKS:
             self._looks += 1
             turned = wrapped(pose.heading + 2.0 * math.pi / _LOOKS)
@@ -163,7 +164,7 @@ class Explorer:
             # The map is better now, and it comes from elsewhere: what was given up gets one more chance. The walls of
             # the map may make a doorway narrower than it is.
             self._tries_again, self._given_up, self._tried, self._radius = False, [], [], self._narrow
-            goal = next_goal(grid_map, pose, self._radius, (), self._numbers, doubt)
+            return None
         self.homeward = goal.pose is None
         return NextGoal(self._home, goal.reason + ": home", True) if self.homeward else goal
 
