@@ -110,9 +110,11 @@ class Explorer:
         """
         doubts = path is not None and len(self._looked) < self._numbers.most_doubts
         goal = self._next(grid_map, pose, Doubt(path, self._looked) if doubts else None)
-        self._attempt = None if goal is None else _Attempt(goal, pose, time)
-        if goal is not None and goal.end is not None:
-            (self._looked if goal.doubts else self._tried).append(goal.end)
+        self._attempt = None
+        if goal is not None:
+            self._attempt = _Attempt(goal, pose, time)
+            if goal.end is not None:
+                (self._looked if goal.doubts else self._tried).append(goal.end)
         return goal
 
     def is_over(self, pose: Pose, time: float, grid_map: Optional[GridMap] = None) -> bool:

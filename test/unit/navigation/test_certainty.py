@@ -245,6 +245,14 @@ def test_a_doubt_may_be_raised_from_outside():
     assert certainty.sure
 
 
+def test_who_is_told_where_it_is_forgets_the_place_that_explained_more():
+    certainty = sure()
+    certainty.doubt()
+    certainty.place(trusted=True)
+    certainty.judge(long_cloud(0.0, 0.6, 0.02))
+    assert not certainty.sure and certainty.on_a_line
+
+
 def test_it_searches_the_less_often_the_better_the_place_is_proven():
     guess = Certainty(TUNED)
     assert guess.search_period == TUNED.period_unsure

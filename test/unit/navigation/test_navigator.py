@@ -92,22 +92,14 @@ def test_it_begins_to_turn_to_the_heading_of_the_goal_while_it_brakes():
     assert math.hypot(run.pose.x - 4.0, run.pose.y - 2.0) < 0.05 and abs(run.pose.heading - 2.0) < 0.05
 
 
-def test_on_a_slow_line_it_begins_to_brake_at_the_goal_earlier():
-    """By the way in 0.1 s at the 0.1 m/s or more that it has there."""
+@pytest.mark.parametrize("prompt, slow", [
+    (Readiness(on_the_way=0.0), Readiness(on_the_way=0.1)), (Readiness(late=0.0), Readiness(late=0.2))])
+def test_the_longer_a_packet_needs_the_earlier_it_begins_to_brake_at_the_goal(prompt, slow):
+    """By the way in 0.1 s or more at the 0.1 m/s or more that it has there."""
     ends = []
-    for on_the_way in (0.0, 0.1):
+    for readiness in (prompt, slow):
         run = Run(start=Pose(2.0, 2.0, 0.0)).driving((4.0, 2.0, 2.0))
-        while run.step(Readiness(on_the_way=on_the_way)).twist.linear > 0.0:
-            pass
-        ends.append(run.pose.x)
-    assert ends[0] - ends[1] > 0.01
-
-
-def test_a_packet_that_comes_late_makes_it_brake_at_the_goal_earlier():
-    ends = []
-    for late in (0.0, 0.2):
-        run = Run(start=Pose(2.0, 2.0, 0.0)).driving((4.0, 2.0, 2.0))
-        while run.step(Readiness(late=late)).twist.linear > 0.0:
+        while run.step(readiness).twist.linear > 0.0:
             pass
         ends.append(run.pose.x)
     assert ends[0] - ends[1] > 0.01
@@ -629,6 +621,17 @@ def test_only_while_it_makes_its_map_it_keeps_off_walls_that_are_suspected(makes
     assert run.navigator.go_to(4.5, 1.0, None, run.time) == ""
     twists = [run.step().twist for _ in range(8)]
     assert any(twist.linear > 0.3 and twist.angular == 0.0 for twist in twists) is not makes_map
+
+
+@pytest.mark.parametrize("makes_map", [True, False])
+def test_while_it_makes_its_map_nothing_that_it_hears_is_somebody_who_may_walk(makes_map):
+    """Everything is new to it."""
+    run = Run(posts=[(2.0, 1.3)])
+    run.navigator = Navigator(run.walls, run.chassis, SOON, through_unknown=makes_map)
+    for _ in range(3):
+        run.step()
+    around = run.navigator._around(run.pose, run.time)
+    assert all((distances.min() == math.inf) == makes_map for distances in (around.apart, around.beside, around.lost))
 
 
 @pytest.mark.parametrize("makes_map", [True, False])

@@ -302,6 +302,14 @@ def test_it_is_slower_before_somebody_ahead_and_aside_than_before_somebody_abeam
     assert 0.2 <= told[3] < 0.3 and told[5] == 0.2, "who has stood still"
 
 
+@pytest.mark.parametrize("which", ["apart", "beside"])
+def test_it_counts_the_way_that_it_drives_itself_while_its_answer_is_late(which):
+    """At 0.4 m/s somebody comes 0.625 m near until it stands, and it drives 0.12 m farther than in time."""
+    speeds = [choose((4.5, 2.0), velocity=Twist(0.4, 0.0), what=around()._replace(
+        late=0.3, **{which: np.array([far])})).twist.linear for far in (0.68, 0.76)]
+    assert 0.2 < speeds[0] < speeds[1] == 0.4
+
+
 def test_somebody_ahead_does_not_keep_it_from_going_back_or_turning():
     distances = STEERING.apart(np.array([0.9, 9.0]), np.zeros(2), np.array([True, False]))
     forward = STEERING._linear > 0.0

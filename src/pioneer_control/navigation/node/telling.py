@@ -21,6 +21,8 @@ PERIODS = {"cloud": 0.5, "plan": 0.5, "map": 1.0}
 """Times (s) between two messages of one kind: the cloud, the plan, and a map that is being made."""
 LATE_PERIOD = 30.0
 """Time (s) between two lines of the log that the robot reacts late."""
+JUMP_PERIOD = 10.0
+"""The same, that odometry jumps: where two drivers tell the pose of one robot, it does so at each message."""
 MOST_DRAWN = 500
 """Most poses in one cloud."""
 
@@ -77,8 +79,8 @@ class Telling:
                 self._told = stamp
                 self._tell_where(step, step.where, stamp)
                 if step.jumped:
-                    rospy.logwarn("the robot's odometry jumps, as after reset_odometry; navigation goes on as if it did"
-                                  " not")
+                    rospy.logwarn_throttle(JUMP_PERIOD, "the robot's odometry jumps, as after reset_odometry;"
+                                                        " navigation goes on as if it did not")
         if self._cloud.get_num_connections() and self._is_due("cloud"):
             self._cloud.publish(cloud_message(self._pilot.particles, MOST_DRAWN, self._frame, stamp))
         if (step.plan or self._planned) and self._plan.get_num_connections() and self._is_due("plan"):
