@@ -105,9 +105,15 @@ class Certainty:
         self._unique = 0
 
     def place(self, trusted: bool, alone: bool = False) -> None:
-        """From now on some place is likely. `trusted`: a person said so. `alone`: a search found none like it."""
+        """From now on some place is likely. `trusted`: a person said so. `alone`: a search found none like it.
+
+        What a person said is not sure before readings fit it: a click may be wrong.
+        """
         self._placed, self._outdone, self._missed = True, False, 0.0
         self.explained = self._usual
+        if trusted:
+            self.explained *= self._tuned.told_explained
+            self._heard.clear()
         self._trusted_way = self._tuned.proven_way if trusted else 0.0
         self._unique = self._tuned.sure_searches if trusted else int(alone)
         self.reason = self.reason or UNKNOWN + JUST_FOUND
@@ -170,7 +176,7 @@ class Certainty:
 
     def _counts(self, sensor: int, measured: int, moved: bool) -> bool:
         """Return whether a reading counts, in which a sensor measured a range with this number."""
-        before, left = self._heard.get(sensor, (measured, 0))
+        before, left = self._heard.get(sensor, (measured, self._tuned.standing_readings))
         if moved or abs(measured - before) > OTHER:
             left = self._tuned.standing_readings
         self._heard[sensor] = measured, max(0, left - 1)

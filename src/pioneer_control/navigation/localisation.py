@@ -6,7 +6,7 @@ is not sure, it says why.
 """
 
 import math
-from typing import Any, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, NamedTuple, Optional, Sequence, Set, Tuple
 
 import numpy as np
 
@@ -75,6 +75,22 @@ class Sense:
         self.model, self.weight, self._turn_as_way = model, weight, tuned.turn_as_way
         self.looks = Looks(tuned.looks_anew, tuned.turns_anew)
         self.way = self.new_way = 0.0
+        self._heard: Set[int] = set()
+
+    def forget(self) -> None:
+        """What was heard up to now tells nothing about where the robot is."""
+        self.looks.forget()
+        self._heard.clear()
+
+    def first_looks(self, beams: Beams) -> Array:
+        """Return a mask of the readings that are the first of their transducer or ray since `forget`.
+
+        They tell something also while the robot stands. Ask once for each reading.
+        """
+        sensors = beams.sensor.tolist()
+        first = np.array([each not in self._heard for each in sensors], dtype=bool)
+        self._heard.update(sensors)
+        return first
 
     def move(self, step: Pose, odometry: Pose) -> None:
         """The robot has made a step (m, rad; robot's frame before it), and is at `odometry` by the wheels."""
@@ -151,7 +167,7 @@ class Localisation:
         self._search.give_up()
         for sense in (self._sonar, self._laser):
             if sense is not None:
-                sense.looks.forget()
+                sense.forget()
 
     def update(self, sensing: Sensing) -> Where:
         """Take what the robot senses in one packet. Return where it is at the time of the packet.
@@ -204,22 +220,20 @@ class Localisation:
     def _take(self, sense: Sense, beams: Beams, time: float) -> Where:
         """Weigh the cloud by readings, the less the shorter the way since the last ones: standing tells nothing new.
 
-        While the robot is not sure, a turn counts only where it has not looked yet from its place. While it is sure,
-        each turn counts: readings correct what the wheels measured.
+        Only the first look of a robot that was told where it is counts also while it stands. While the robot is not
+        sure, a turn counts only where it has not looked yet from its place. While it is sure, each turn counts:
+        readings correct what the wheels measured.
         """
         tuned, way, new_way, sure = self._tuned, sense.way, sense.new_way, self._certainty.sure
-        moved = way >= SHORTEST_WAY and len(beams.x) > 0
+        moved, first = way >= SHORTEST_WAY and len(beams.x) > 0, sense.first_looks(beams)
         if moved:
-            logs, explained = sense.model.both(self._cloud.poses, self._pose, beams)
-            logs[self._map.at(*self._cloud.poses[:, :2].T) != FREE] -= OFF_THE_FLOOR
-            share = sense.weight * min(1.0, (way if sure else new_way) / tuned.full_way)
-            if share > 0.0:     # else only chance would choose among the poses
-                self._cloud.weigh(logs * share, tuned.particles if sure else tuned.particles_searching,
-                                  roughen=not sure)
+            explained = self._weigh(sense, beams, min(1.0, (way if sure else new_way) / tuned.full_way))
             sense.way = sense.new_way = 0.0
         else:
             way = new_way = 0.0
             explained = sense.model.explained(self._pose, beams)
+            if first.any():
+                self._weigh(sense, beams.some(first), tuned.first_look)
         if sense is self._main:
             if len(beams.x):
                 self._certainty.hear(beams, explained, way, new_way)
@@ -239,6 +253,16 @@ class Localisation:
         line = _line(spread) if self._certainty.on_a_line else ()
         self.where = Where(time, spread.pose, self._certainty.sure, spread.covariance, self._certainty.reason, line)
         return self.where
+
+    def _weigh(self, sense: Sense, beams: Beams, share: float) -> Array:
+        """Weigh the cloud by a share of what readings tell. Return for each of them whether the pose explains it."""
+        tuned, sure = self._tuned, self._certainty.sure
+        logs, explained = sense.model.both(self._cloud.poses, self._pose, beams)
+        logs[self._map.at(*self._cloud.poses[:, :2].T) != FREE] -= OFF_THE_FLOOR
+        if share > 0.0:     # else only chance would choose among the poses
+            self._cloud.weigh(logs * sense.weight * share, tuned.particles if sure else tuned.particles_searching,
+                              roughen=not sure)
+        return explained
 
     def _look_everywhere(self, time: float) -> None:
         """Search for better poses, a step at each packet."""

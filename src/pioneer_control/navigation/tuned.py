@@ -59,6 +59,9 @@ class LocalisationNumbers:
     full_way: float = parameter(
         0.04, Number(0.001, 1.0), "after such a way since the last readings they count fully; after a shorter one less",
         "m")
+    first_look: float = parameter(
+        2.0, Number(0.0, 5.0), "where it was told to be, the first reading of each transducer counts so many times as"
+        " much: none of them repeats another")
     turn_as_way: float = parameter(0.3, Number(0.0, 5.0), "a turn of 1 rad counts as such a way", "m")
     looks_anew: float = parameter(0.15, Number(0.0, 2.0), "so far from its place a turn tells something new again", "m")
     turns_anew: float = parameter(12.6, Number(0.0, 1e3), "after so much turning it does so, too", "rad")
@@ -116,6 +119,9 @@ class LocalisationNumbers:
         12, Whole(1, 100), "so many readings of each sensor count once the robot has come to stand, or a range changes")
     sure_explained: float = parameter(
         0.8, Number(0.0, 1.0), "sure again when at least this share of the usual share is explained")
+    told_explained: float = parameter(
+        0.775, Number(0.0, 1.0), "a pose that somebody told counts as if it explained this share of the usual share,"
+        " until readings say more")
     usual_explained: float = parameter(
         0.7, Number(0.0, 1.0), "the usual share of echoes that the true pose explains, before it is learnt")
     blind_way: float = parameter(2.0, Number(0.1, 100.0), "unsure after such a way without an explained echo", "m")

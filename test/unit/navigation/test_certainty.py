@@ -11,7 +11,7 @@ from pioneer_control.navigation.measurement import Beams
 from pioneer_control.navigation.pose_cloud import Spread
 from pioneer_control.navigation.tuned import LocalisationNumbers
 
-TUNED = LocalisationNumbers(usual_explained=0.8)
+TUNED = LocalisationNumbers(usual_explained=0.8, told_explained=1.0)
 MANY = 500.0        # spots
 
 
@@ -41,6 +41,19 @@ def test_a_wide_cloud_is_not_sure(what, words):
     certainty = sure()
     certainty.judge(what)
     assert not certainty.sure and words in certainty.reason
+
+
+@pytest.mark.parametrize("explained, way", [(1.0, 0.04), (1.0, 0.0), (0.0, 0.04)])
+def test_what_a_person_said_is_sure_once_readings_fit_it(explained, way):
+    certainty = Certainty(replace(TUNED, told_explained=0.7))
+    for _ in range(2):
+        certainty.place(trusted=True)
+        certainty.judge(spread())
+        assert not certainty.sure and "does not fit" in certainty.reason
+        for _ in range(TUNED.standing_readings):    # also of a robot that stands
+            hear(certainty, explained, way)
+        certainty.judge(spread())
+        assert certainty.sure == bool(explained)
 
 
 def long_cloud(angle, along, across, heading=0.05):

@@ -161,6 +161,34 @@ def test_standing_adds_no_certainty():
     assert np.array_equal(where.covariance, first.covariance) and where.sure == first.sure
 
 
+def told(robot, localisation, start):
+    """Tell a robot that stands where it is, and return how wide its cloud (m) is from then on, and whether it is sure.
+    """
+    localisation.known_start(start)
+    results = [localisation.update(robot.step(0.0, 0.0)) for _ in range(30)]
+    return [math.sqrt(np.trace(where.covariance[:2, :2])) for where in results], results[-1].sure
+
+
+def test_after_each_word_of_where_it_is_the_first_look_of_a_robot_that_stands_counts_once():
+    robot, localisation = SensingRobot(ROOM, START), Localisation(MAP, TRANSDUCERS)
+    for _ in range(2):
+        widths, sure = told(robot, localisation, START._replace(x=START.x + 0.3))
+        assert widths[10] < 0.2 and widths[10:] == widths[10:11] * 20, "the word says 0.7"
+        assert sure and off(localisation.where, robot)[0] < 0.1
+
+
+def test_the_first_look_has_one_reading_of_each_transducer(monkeypatch):
+    both, heard = RangeModel.both, []
+    monkeypatch.setattr(RangeModel, "both", lambda self, poses, pose, beams: heard.extend(
+        beams.sensor.tolist()) or both(self, poses, pose, beams))
+    told(SensingRobot(ROOM, START), Localisation(MAP, TRANSDUCERS), START)
+    assert sorted(heard) == sorted({each.number for each in TRANSDUCERS})
+
+
+def test_a_wrong_word_is_not_believed_however_often_a_robot_that_stands_hears_the_same():
+    assert not told(SensingRobot(ROOM, START), Localisation(MAP, TRANSDUCERS), Pose(5.4, 3.3, 0.5))[1]
+
+
 def to_and_fro(robot, localisation):
     """Let a robot look to both sides."""
     for turn in [0.04] * 20 + [-0.04] * 40 + [0.04] * 20:
