@@ -129,18 +129,21 @@ class Certainty:
             needed = min(needed, self.explained)
         return len(said) > 0 and bool(said.mean() >= needed)
 
-    def compare(self, better: float, spots: float) -> None:
+    def compare(self, better: float, spots: float, better_beside: float = math.inf) -> None:
         """Take how much better (log-likelihood) the pose explains each spot than all poses elsewhere do.
 
         Few echoes are explained where much stands that is on no map, and where walls slant. But if search after search
         finds no place that is anything like it, the robot is there, and so few are usual here. Beside a place that is
-        sure or proven, others may look alike, but not better.
+        sure or proven, others may look alike, but not better. But neither a person's word nor a long way excludes places
+        close by: in a corridor, readings must tell these apart before the pose is sure.
 
         Args:
             better: that difference.
             spots: how many spots were heard.
+            better_beside: the same for poses that are not farther away than `beside`.
         """
-        alone = better > (0.0 if self.sure or self.proven else self._tuned.rival_margin * self.caution(spots))
+        alone = better > (0.0 if self.sure or self.proven else self._tuned.rival_margin * self.caution(spots)) and (
+            self.sure or better_beside > self._tuned.beside_margin)
         self._unique = self._unique + 1 if alone else 0
         self._upheld = self._upheld + 1 if alone and not self.sure else 0
         if self._upheld >= self._tuned.upheld_searches:

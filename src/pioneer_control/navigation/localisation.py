@@ -325,7 +325,8 @@ class Localisation:
             newest = beams.some(slice(-len(beams.x) // 4, None))
             better = min(better, self._search.scored(others.poses, newest).scores[0]
                          - self._search.improved(here.poses, newest).scores[0])
-        certainty.compare(-better, spots)
+        beside = np.hypot(*(others.poses[:, :2] - here.poses[0, :2]).T) < self._tuned.beside
+        certainty.compare(-better, spots, here.scores[0] - others.scores[beside].max(initial=-np.inf))
         if better < certainty.margin or not certainty.accepts(self._main.model.explained(others.poses[0], beams)):
             return False
         if better < certainty.margin * certainty.caution(spots):

@@ -95,6 +95,10 @@ class LocalisationNumbers:
     rival_margin: float = parameter(
         0.15, Number(-5.0, 5.0), "to become sure, the pose must explain each spot better than any elsewhere by this")
 
+    beside: float = parameter(3.0, Number(0.0, 100.0), "a place is beside the pose if it is not farther from it", "m")
+    beside_margin: float = parameter(
+        0.08, Number(-5.0, 5.0), "`rival_margin` for places beside, also when somebody told the pose or a long way has"
+        " proven it")
     sure_position: float = parameter(0.3, Number(0.01, 5.0), "greatest spread of the cloud to be sure", "m")
     sure_heading: float = parameter(0.25, Number(0.01, 3.0), "greatest spread of the headings to be sure", "rad")
     longest_line: float = parameter(

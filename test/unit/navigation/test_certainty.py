@@ -372,6 +372,23 @@ def test_a_better_place_elsewhere_or_echoes_that_hardly_fit_uphold_nothing():
     assert not certainty.sure
 
 
+def test_a_place_beside_that_looks_alike_must_be_told_apart_before_a_pose_is_sure():
+    """5072: told where it was, beside a box on no map in a corridor, it was sure of a place 0.6 m farther on."""
+    certainty = sure()
+    certainty.compare(1.0, MANY, 0.05)
+    certainty.judge(spread())
+    assert certainty.sure, "it was sure before"
+    certainty.judge(spread(position=0.6))
+    certainty.compare(1.0, MANY, 0.05)
+    certainty.judge(spread())
+    assert not certainty.sure and "other places look like this one" in certainty.reason
+    for _ in range(TUNED.sure_searches):
+        assert not certainty.sure
+        certainty.compare(1.0, MANY, 0.1)
+        certainty.judge(spread())
+    assert certainty.sure
+
+
 def test_the_longer_a_place_has_explained_the_readings_the_better_another_must_be():
     certainty, margins = Certainty(TUNED), []
     certainty.place(trusted=False)

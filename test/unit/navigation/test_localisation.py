@@ -150,6 +150,19 @@ def test_where_few_spots_were_heard_another_pose_raises_a_doubt_before_it_is_bel
     assert (near_there.mean() > 0.5) == moves
 
 
+def test_a_search_compares_the_pose_with_the_best_place_and_with_the_best_one_beside(monkeypatch):
+    _, localisation = localised()
+    x, y, heading = localisation.where.pose
+    here, others = np.array([[x, y, heading]]), np.array([[x, y + 3.5, heading], [x + 2.0, y, heading]])
+    monkeypatch.setattr(PoseSearch, "scored", lambda self, poses, beams: Found(others, np.array([-3.1, -3.2])))
+    monkeypatch.setattr(PoseSearch, "improved", lambda self, poses, beams: Found(here, np.array([-3.0])))
+    told = []
+    monkeypatch.setattr(Certainty, "compare", lambda self, *differences: told.append(differences))
+    localisation._consider(Found(others, np.array([-3.1, -3.2])), localisation._wheels.odometry)
+    (better, _, better_beside), = told
+    assert (better, better_beside) == pytest.approx((0.1, 0.2))
+
+
 def test_standing_adds_no_certainty():
     robot, localisation = SensingRobot(ROOM, START), Localisation(MAP, TRANSDUCERS)
     localisation.known_start(START)
