@@ -374,10 +374,16 @@ def test_a_better_place_elsewhere_or_echoes_that_hardly_fit_uphold_nothing():
 
 def test_a_place_beside_that_looks_alike_must_be_told_apart_before_a_pose_is_sure():
     """5072: told where it was, beside a box on no map in a corridor, it was sure of a place 0.6 m farther on."""
-    certainty = sure()
+    certainty = Certainty(TUNED)
+    certainty.place(trusted=False, alone=True)
+    certainty.compare(1.0, MANY)
+    hear(certainty, 1.0, way=TUNED.sure_way)
+    certainty.judge(spread())
+    assert certainty.sure
     certainty.compare(1.0, MANY, 0.05)
     certainty.judge(spread())
     assert certainty.sure, "it was sure before"
+    certainty.place(trusted=True)
     certainty.judge(spread(position=0.6))
     certainty.compare(1.0, MANY, 0.05)
     certainty.judge(spread())
