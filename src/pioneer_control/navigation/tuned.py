@@ -315,6 +315,8 @@ class WallNumbers:
     band: float = parameter(0.04, Number(0.01, 0.2), "a reading belongs to a wall when it is so near to it", "m")
     least: int = parameter(6, Whole(3, 100), "readings that must agree on a wall")
     span: float = parameter(0.6, Number(0.2, 2.0), "way along the wall on which they must lie", "m")
+    bend: float = parameter(
+        0.3, Number(0.0, 10.0), "what is bent more is no wall: 0 is straight, 1 is one point, as a post or an edge")
     stretches: int = parameter(3, Whole(1, 10), "stretches of path that tell of a wall together")
     most: int = parameter(3, Whole(1, 10), "walls that are looked for in these")
     least_walls: int = parameter(5, Whole(2, 100), "fewer walls do not tell whether walls are square to each other")

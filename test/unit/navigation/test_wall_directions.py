@@ -61,6 +61,14 @@ def test_what_does_not_tell_a_direction_is_no_wall(beams):
     assert not facing(beams)
 
 
+@pytest.mark.parametrize("distance", [0.7, 1.3, 2.0])
+def test_a_post_is_no_wall(distance):
+    """The range to it changes little while the robot goes past, as that of a wall does."""
+    x = np.linspace(-0.4, 0.4, 17)
+    for looks in (90.0, 75.0, 105.0):
+        assert not facing(SonarBeams(x, np.zeros(17), np.full(17, math.radians(looks)), np.hypot(x, distance)))
+
+
 def test_clutter_beside_a_wall_does_not_turn_it():
     clutter = SonarBeams(np.linspace(0.0, 1.0, 7), np.zeros(7), np.full(7, math.pi / 2.0),
                          np.array((0.3, 0.5, 0.25, 0.6, 0.35, 0.5, 0.2)))
