@@ -14,6 +14,8 @@ Array = Any     # of numpy
 UNKNOWN = "I do not know where I am: "
 """The beginning of each reason."""
 NOT_TOLD = "nobody told me, and I have not heard enough yet: drive me a little"
+UNCONFIRMED = "I have heard nothing yet that tells whether that is right"
+"""Of what a person said."""
 JUST_FOUND = "I have just found a place where I may be, and must move a little to be sure"
 _ALIKE = "other places look like this one"
 LEAST_USUAL = 0.5
@@ -98,19 +100,19 @@ class Certainty:
 
     def lose(self, why: str) -> None:
         """From now on no place is likely."""
-        self._placed, self._lost = False, why
+        self._placed, self._lost, self._unconfirmed = False, why, False
         self.reason, self.explained = UNKNOWN + why, self._usual
         self.on_a_line = False
         self._trusted_way = self._blind_way = 0.0
         self._unique = 0
 
     def place(self, trusted: bool, alone: bool = False) -> None:
-        """From now on some place is likely. `trusted`: a person said so. `alone`: a search found none like it.
+        """From now on some place is likely. `trusted`: somebody told it. `alone`: a search found none like it.
 
-        What a person said is not sure before readings fit it: a click may be wrong.
+        What was told is not sure before readings fit it: a click may be wrong.
         """
         self._placed, self._outdone, self._missed = True, False, 0.0
-        self.explained = self._usual
+        self.explained, self._unconfirmed = self._usual, trusted
         if trusted:
             self.explained *= self._tuned.told_explained
             self._heard.clear()
@@ -130,20 +132,24 @@ class Certainty:
         return len(said) > 0 and bool(said.mean() >= needed)
 
     def compare(self, better: float, spots: float, better_beside: float = math.inf) -> None:
-        """Take how much better (log-likelihood) the pose explains each spot than all poses elsewhere do.
+        """Take how much better (log-likelihood) the pose explains each spot than the best pose elsewhere does.
 
         Few echoes are explained where much stands that is on no map, and where walls slant. But if search after search
         finds no place that is anything like it, the robot is there, and so few are usual here. Beside a place that is
-        sure or proven, others may look alike, but not better. But neither a person's word nor a long way excludes places
-        close by: in a corridor, readings must tell these apart before the pose is sure.
+        sure or proven, others may look alike, but not better. A person's word, or a long way, excludes places far
+        away. It does not exclude places close by: readings must tell these apart before the pose is sure.
 
         Args:
             better: that difference.
             spots: how many spots were heard.
-            better_beside: the same for poses that are not farther away than `beside`.
+            better_beside: the same for poses close by that look the same way, see `beside`.
         """
-        alone = better > (0.0 if self.sure or self.proven else self._tuned.rival_margin * self.caution(spots)) and (
-            self.sure or better_beside > self._tuned.beside_margin)
+        if self.sure:
+            alone = better > 0.0
+        elif self.proven:
+            alone = better > 0.0 and better_beside > self._tuned.beside_margin
+        else:
+            alone = better > self._tuned.rival_margin * self.caution(spots)
         self._unique = self._unique + 1 if alone else 0
         self._upheld = self._upheld + 1 if alone and not self.sure else 0
         if self._upheld >= self._tuned.upheld_searches:
@@ -166,6 +172,7 @@ class Certainty:
         for sensor, measured, said in zip(beams.sensor.tolist(), beams.measured.tolist(), explained.tolist()):
             if not self._counts(sensor, measured, way > 0.0) or math.isnan(said):
                 continue
+            self._unconfirmed = False
             missed = self._missed + tuned.unsure_explained * self._usual - said
             self._missed = min(max(missed, 0.0), tuned.unsure_missed)
             self.explained += (said - self.explained) / tuned.explained_readings
@@ -208,7 +215,7 @@ class Certainty:
         if self._blind_way > tuned.blind_way:
             return "nothing that I heard in the last %.1f m told me" % self._blind_way
         if self.doubts or not self.sure and self.explained < tuned.sure_explained * self._usual:
-            return "what I hear does not fit the map here"
+            return UNCONFIRMED if self._unconfirmed else "what I hear does not fit the map here"
         if off > tuned.sure_position * narrower:
             return "I may be %.1f m off" % off
         if spread.heading > tuned.sure_heading * narrower:

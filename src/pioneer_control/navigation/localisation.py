@@ -34,6 +34,8 @@ LINE_STEP = 0.2
 """Distance (m) between two poses of `Where.line`, about."""
 SHORTEST_WAY = 0.003
 """Readings after a shorter way (m) are not weighed: the robot stands."""
+SAME_WAY = 0.5
+"""A robot looks about the same way in two poses if the cosine of the turn between these is greater."""
 PACKETS_WEIGHED = 2
 """The readings of so many packets are weighed at once: that costs little more than those of one."""
 
@@ -82,15 +84,12 @@ class Sense:
         self.looks.forget()
         self._heard.clear()
 
-    def first_looks(self, beams: Beams) -> Array:
-        """Return a mask of the readings that are the first of their transducer or ray since `forget`.
-
-        They tell something also while the robot stands. Ask once for each reading.
-        """
-        sensors = beams.sensor.tolist()
-        first = np.array([each not in self._heard for each in sensors], dtype=bool)
-        self._heard.update(sensors)
-        return first
+    def take_first(self, beams: Beams) -> Beams:
+        """Return the readings that are the first of their transducer or ray since `forget`. No later one is."""
+        sensors, index = np.unique(beams.sensor, return_index=True)
+        new = [each not in self._heard for each in sensors.tolist()]
+        self._heard.update(sensors.tolist())
+        return beams.some(index[new])
 
     def move(self, step: Pose, odometry: Pose) -> None:
         """The robot has made a step (m, rad; robot's frame before it), and is at `odometry` by the wheels."""
@@ -163,6 +162,7 @@ class Localisation:
 
     def _hear_anew(self) -> None:
         """What was heard up to now tells nothing about where the robot is."""
+        self._firing_poses.forget()
         self._recent.forget()
         self._search.give_up()
         for sense in (self._sonar, self._laser):
@@ -225,15 +225,16 @@ class Localisation:
         readings correct what the wheels measured.
         """
         tuned, way, new_way, sure = self._tuned, sense.way, sense.new_way, self._certainty.sure
-        moved, first = way >= SHORTEST_WAY and len(beams.x) > 0, sense.first_looks(beams)
+        moved = way >= SHORTEST_WAY and len(beams.x) > 0
+        first = sense.take_first(beams)
         if moved:
             explained = self._weigh(sense, beams, min(1.0, (way if sure else new_way) / tuned.full_way))
             sense.way = sense.new_way = 0.0
         else:
             way = new_way = 0.0
             explained = sense.model.explained(self._pose, beams)
-            if first.any():
-                self._weigh(sense, beams.some(first), tuned.first_look)
+            if self._known and len(first.x):
+                self._weigh(sense, first, tuned.first_look)
         if sense is self._main:
             if len(beams.x):
                 self._certainty.hear(beams, explained, way, new_way)
@@ -325,7 +326,8 @@ class Localisation:
             newest = beams.some(slice(-len(beams.x) // 4, None))
             better = min(better, self._search.scored(others.poses, newest).scores[0]
                          - self._search.improved(here.poses, newest).scores[0])
-        beside = np.hypot(*(others.poses[:, :2] - here.poses[0, :2]).T) < self._tuned.beside
+        off = others.poses - here.poses[0]
+        beside = (np.hypot(off[:, 0], off[:, 1]) < self._tuned.beside) & (np.cos(off[:, 2]) > SAME_WAY)
         certainty.compare(-better, spots, here.scores[0] - others.scores[beside].max(initial=-np.inf))
         if better < certainty.margin or not certainty.accepts(self._main.model.explained(others.poses[0], beams)):
             return False

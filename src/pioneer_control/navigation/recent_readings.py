@@ -82,6 +82,10 @@ class FiringPoses:
         self._past = self._past[1 - PACKETS_KEPT:] + [(sensing.time, sensing.odometry)]
         self._firings += [each for each in sensing.firings if each.number in self._mounts]
 
+    def forget(self) -> None:
+        """Forget the readings that were added since the last call of `beams`."""
+        self._firings = []
+
     def beams(self, number_of: Any) -> Beams:
         """Return the readings added since the last call, relative to the robot at its newest odometry.
 

@@ -60,8 +60,8 @@ class LocalisationNumbers:
         0.04, Number(0.001, 1.0), "after such a way since the last readings they count fully; after a shorter one less",
         "m")
     first_look: float = parameter(
-        2.0, Number(0.0, 5.0), "where it was told to be, the first reading of each transducer counts so many times as"
-        " much: none of them repeats another")
+        2.0, Number(0.0, 5.0), "after a word of where the robot is, the first reading of each transducer counts so many"
+        " times, also while it stands")
     turn_as_way: float = parameter(0.3, Number(0.0, 5.0), "a turn of 1 rad counts as such a way", "m")
     looks_anew: float = parameter(0.15, Number(0.0, 2.0), "so far from its place a turn tells something new again", "m")
     turns_anew: float = parameter(12.6, Number(0.0, 1e3), "after so much turning it does so, too", "rad")
@@ -95,10 +95,9 @@ class LocalisationNumbers:
     rival_margin: float = parameter(
         0.15, Number(-5.0, 5.0), "to become sure, the pose must explain each spot better than any elsewhere by this")
 
-    beside: float = parameter(3.0, Number(0.0, 100.0), "a place is beside the pose if it is not farther from it", "m")
+    beside: float = parameter(3.0, Number(0.0, 100.0), "a place that is not farther from the pose is close by", "m")
     beside_margin: float = parameter(
-        0.08, Number(-5.0, 5.0), "`rival_margin` for places beside, also when somebody told the pose or a long way has"
-        " proven it")
+        0.08, Number(-5.0, 5.0), "`rival_margin` for places close by, if the pose was told or a long way has proven it")
     sure_position: float = parameter(0.3, Number(0.01, 5.0), "greatest spread of the cloud to be sure", "m")
     sure_heading: float = parameter(0.25, Number(0.01, 3.0), "greatest spread of the headings to be sure", "rad")
     longest_line: float = parameter(
@@ -124,8 +123,8 @@ class LocalisationNumbers:
     sure_explained: float = parameter(
         0.8, Number(0.0, 1.0), "sure again when at least this share of the usual share is explained")
     told_explained: float = parameter(
-        0.775, Number(0.0, 1.0), "a pose that somebody told counts as if it explained this share of the usual share,"
-        " until readings say more")
+        0.775, Number(0.0, 1.0), "after such a word it begins with this share of the usual share explained; it is less"
+        " than `sure_explained`, so some echoes must fit first")
     usual_explained: float = parameter(
         0.7, Number(0.0, 1.0), "the usual share of echoes that the true pose explains, before it is learnt")
     blind_way: float = parameter(2.0, Number(0.1, 100.0), "unsure after such a way without an explained echo", "m")
@@ -160,6 +159,8 @@ class ObstacleNumbers:
     kept: float = parameter(25.0, Number(1, 600), "time after which what is on no map is forgotten", "s")
     felt: float = parameter(60.0, Number(1, 600), "time for which a place is kept where the wheels stalled", "s")
     kept_aside: float = parameter(5.0, Number(0, 600), "`kept` for the two ends of an arc, where it rather is not", "s")
+    kept_beside: float = parameter(
+        60.0, Number(0, 3600), "`kept` at most, if the robot stands meanwhile, and it is nearer than `away`", "s")
     kept_known: float = parameter(3.0, Number(0, 600), "time after which a wall's echo is forgotten", "s")
     kept_standing: float = parameter(
         120.0, Number(0, 3600), "time for which plans lead round what stood still, once it is not heard any more", "s")

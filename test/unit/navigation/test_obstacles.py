@@ -157,6 +157,18 @@ def test_the_sides_of_an_arc_are_forgotten_before_its_middle():
     assert len(hear(obstacles, math.inf, 8.0).x) == 1
 
 
+@pytest.mark.parametrize("distance, speed, kept", [(0.5, 0.0, 60.0), (0.5, 0.2, 25.0), (1.2, 0.0, 25.0)])
+def test_what_is_beside_a_robot_that_stands_is_kept_longer(distance, speed, kept):
+    """5308: an AmigoBot gave way for half a minute, forgot the box beside its back, and backed into it."""
+    obstacles, left = memory(), {}
+    hear(obstacles, distance, 1.0)
+    for number in range(1, 71):
+        there = HERE._replace(x=HERE.x + speed * (number % 2), y=HERE.y)    # to and fro
+        left[number] = len(hear(obstacles, math.inf, 1.0 + number, odometry=there, where=there).x)
+    assert max(number for number, count in left.items() if count) == pytest.approx(kept, abs=1.0)
+    assert left[4] > left[6], "the ends of the arc are forgotten as ever"
+
+
 def test_what_stands_is_known_since_its_first_echo_and_what_walks_since_a_moment():
     stands, walks = memory(), memory()
     for number in range(21):

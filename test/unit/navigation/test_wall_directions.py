@@ -8,7 +8,7 @@ import pytest
 
 from pioneer_control.navigation.sonar_grid import SonarBeams
 from pioneer_control.navigation.tuned import WallNumbers
-from pioneer_control.navigation.wall_directions import square_walls, wall_directions
+from pioneer_control.navigation.wall_directions import _bend, square_walls, wall_directions
 
 NUMBERS = WallNumbers()
 
@@ -67,6 +67,26 @@ def test_a_post_is_no_wall(distance):
     x = np.linspace(-0.4, 0.4, 17)
     for looks in (90.0, 75.0, 105.0):
         assert not facing(SonarBeams(x, np.zeros(17), np.full(17, math.radians(looks)), np.hypot(x, distance)))
+
+
+def looking_left(ranges, x=np.linspace(-0.4, 0.4, 17)):
+    return SonarBeams(x, np.zeros(17), np.full(17, math.pi / 2.0), ranges)
+
+
+def test_what_is_bent_the_other_way_is_no_wall_either():
+    assert not facing(looking_left(2.6 - np.hypot(np.linspace(-0.4, 0.4, 17), 1.3)))
+
+
+@pytest.mark.parametrize("x", [np.linspace(-0.4, 0.4, 17), np.linspace(2.6, 3.4, 17)])
+@pytest.mark.parametrize("radius, bend", [(0.0, 1.0), (1.5, 0.5)])
+def test_how_bent_posts_are(x, radius, bend):
+    beams = looking_left(np.hypot(x - x.mean(), 1.5 + radius) - radius, x)
+    assert _bend(beams, math.pi / 2.0) == pytest.approx(bend, abs=0.1)
+
+
+def test_a_wall_that_is_met_at_a_slant_is_straight():
+    x = np.linspace(0.0, 1.0, 17) ** 2
+    assert _bend(looking_left(1.3 + 0.1 * x, x), math.pi / 2.0) == pytest.approx(0.0, abs=0.01)
 
 
 def test_clutter_beside_a_wall_does_not_turn_it():
