@@ -61,7 +61,7 @@ class LocalisationNumbers:
         "m")
     first_look: float = parameter(
         2.0, Number(0.0, 5.0), "after a word of where the robot is, the first reading of each transducer counts so many"
-        " times, also while it stands")
+        " times, if the robot stands")
     turn_as_way: float = parameter(0.3, Number(0.0, 5.0), "a turn of 1 rad counts as such a way", "m")
     looks_anew: float = parameter(0.15, Number(0.0, 2.0), "so far from its place a turn tells something new again", "m")
     turns_anew: float = parameter(12.6, Number(0.0, 1e3), "after so much turning it does so, too", "rad")
