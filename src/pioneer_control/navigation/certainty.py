@@ -14,8 +14,8 @@ Array = Any     # of numpy
 UNKNOWN = "I do not know where I am: "
 """The beginning of each reason."""
 NOT_TOLD = "nobody told me, and I have not heard enough yet: drive me a little"
-UNCONFIRMED = "I have heard nothing yet that tells whether that is right"
-"""Of what a person said."""
+UNCONFIRMED = "I have heard nothing yet that tells whether I am where I should be"
+"""Of a place that the robot was told, before the first echo."""
 JUST_FOUND = "I have just found a place where I may be, and must move a little to be sure"
 _ALIKE = "other places look like this one"
 LEAST_USUAL = 0.5
@@ -142,7 +142,7 @@ class Certainty:
         Args:
             better: that difference.
             spots: how many spots were heard.
-            better_beside: the same for poses close by that look the same way, see `beside`.
+            better_beside: the same for poses close by that look the same way; infinite if there are none.
         """
         if self.sure:
             alone = better > 0.0

@@ -170,7 +170,8 @@ class Obstacles:
             where: its pose on the map at that time; None when it is not sure. Then the map explains nothing, and what
                 stood on it is forgotten: the robot may have been elsewhere.
         """
-        self._drop_old(sensing)
+        self._keep_what_is_beside(sensing)
+        self._keep(sensing.time < self._places.until)
         if where is None:
             self._standing.forget()
         heard: List[_Echo] = []
@@ -262,20 +263,19 @@ class Obstacles:
             self._passed = self._passed + passed
             self._keep(self._passed < self._tuned.passes)
 
-    def _drop_old(self, sensing: Sensing) -> None:
-        """Forget what is too old.
+    def _keep_what_is_beside(self, sensing: Sensing) -> None:
+        """What is beside a robot that stands ages no more, for `kept_beside` at most.
 
-        What is beside a robot that stands ages no more for a while: it may be where no transducer looks, and the robot
-        would turn or back into it. The ends of an arc do age: there it rather is not.
+        It may be where no transducer looks, and the robot would turn or back into it. The ends of an arc, which are
+        kept for less than `kept`, do age: there it rather is not.
         """
         places, before, tuned = self._places, self._before, self._tuned
-        if before is not None and self._slow:
-            beside = ~places.mapped & (places.until - places.time >= tuned.kept) & (
-                np.hypot(places.x - sensing.odometry.x, places.y - sensing.odometry.y) < tuned.away)
-            longer = np.minimum(places.until + (sensing.time - before.time), places.time + tuned.kept_beside)
-            self._places = places = places._replace(until=np.where(beside, np.maximum(places.until, longer),
-                                                                   places.until))
-        self._keep(sensing.time < places.until)
+        if before is None or not self._slow:
+            return
+        beside = ~places.mapped & (places.until - places.time >= tuned.kept) & (
+            np.hypot(places.x - sensing.odometry.x, places.y - sensing.odometry.y) < tuned.away)
+        longer = np.minimum(places.until + (sensing.time - before.time), places.time + tuned.kept_beside)
+        self._places = places._replace(until=np.where(beside, np.maximum(places.until, longer), places.until))
 
     def _keep(self, which: Array) -> None:
         if not which.all():

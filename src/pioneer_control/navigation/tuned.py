@@ -123,8 +123,8 @@ class LocalisationNumbers:
     sure_explained: float = parameter(
         0.8, Number(0.0, 1.0), "sure again when at least this share of the usual share is explained")
     told_explained: float = parameter(
-        0.775, Number(0.0, 1.0), "after such a word it begins with this share of the usual share explained; it is less"
-        " than `sure_explained`, so some echoes must fit first")
+        0.775, Number(0.0, 1.0), "a pose that somebody told begins as if it explained this share of the usual share;"
+        " that is less than `sure_explained`, so some echoes must fit first")
     usual_explained: float = parameter(
         0.7, Number(0.0, 1.0), "the usual share of echoes that the true pose explains, before it is learnt")
     blind_way: float = parameter(2.0, Number(0.1, 100.0), "unsure after such a way without an explained echo", "m")
@@ -160,7 +160,7 @@ class ObstacleNumbers:
     felt: float = parameter(60.0, Number(1, 600), "time for which a place is kept where the wheels stalled", "s")
     kept_aside: float = parameter(5.0, Number(0, 600), "`kept` for the two ends of an arc, where it rather is not", "s")
     kept_beside: float = parameter(
-        60.0, Number(0, 3600), "`kept` at most, if the robot stands meanwhile, and it is nearer than `away`", "s")
+        60.0, Number(0, 3600), "what is nearer than `away` to a robot that stands is forgotten after this time", "s")
     kept_known: float = parameter(3.0, Number(0, 600), "time after which a wall's echo is forgotten", "s")
     kept_standing: float = parameter(
         120.0, Number(0, 3600), "time for which plans lead round what stood still, once it is not heard any more", "s")

@@ -8,6 +8,7 @@ from small_worlds import ROOM, TRANSDUCERS, SensingRobot, map_of, off, rectangle
 
 from pioneer_control.errors import UsageError
 from pioneer_control.floor_poses import Pose
+from pioneer_control.maps import FREE
 from pioneer_control.navigation.certainty import Certainty
 from pioneer_control.navigation.localisation import Localisation
 from pioneer_control.navigation.measurement import Beams, RangeModel
@@ -260,6 +261,30 @@ def test_while_it_is_not_sure_turning_to_and_fro_adds_no_certainty(monkeypatch):
     to_and_fro(robot, localisation)
     to_and_fro(robot, localisation)
     assert first > 10 and len(weighed) < 1.5 * first, "at the rims of the turn some are new"
+
+
+def test_after_a_word_turning_to_and_fro_tells_something_again(monkeypatch):
+    monkeypatch.setattr(Certainty, "sure", False)
+    robot, localisation = SensingRobot(ROOM, START), Localisation(MAP, TRANSDUCERS)
+    localisation.known_start(START)
+    for _ in range(2):
+        to_and_fro(robot, localisation)
+    weigh, weighed = PoseCloud.weigh, []
+    monkeypatch.setattr(PoseCloud, "weigh", lambda *args, **more: weighed.append(args) or weigh(*args, **more))
+    localisation.known_start(START)
+    to_and_fro(robot, localisation)
+    assert len(weighed) > 10
+
+
+def test_a_robot_is_not_where_a_wall_is(monkeypatch):
+    """Also where its sonar tells nothing."""
+    monkeypatch.setattr(RangeModel, "both", lambda self, poses, pose, beams: (
+        np.zeros(len(poses)), np.zeros(len(beams.x))))
+    robot, localisation = SensingRobot(ROOM, START), Localisation(MAP, TRANSDUCERS)
+    localisation.known_start(START._replace(y=-0.4), 0.3)     # the wall is at y = 0
+    for _ in range(10):
+        where = localisation.update(robot.step(0.0, 0.0))
+    assert where.pose.y > 0.0 and (MAP.at(*localisation.particles[:, :2].T) == FREE).all()
 
 
 def test_a_robot_that_is_not_sure_does_not_lose_its_heading_by_turning_on_the_spot(monkeypatch):
