@@ -6,6 +6,7 @@
     python3 bench/navigation.py map --minutes 6                     # by true poses, by odometry, by its own
     python3 bench/navigation.py begin                               # time and memory to begin on a large map
     python3 bench/navigation.py drive --walkers 1                   # to goals, past people and what is on no map
+    python3 bench/navigation.py carried                             # carried away on the way to a goal
     python3 bench/navigation.py explore --picture /tmp/explored     # where its map ends, then home
 
 Each part has options of its own: `python3 bench/navigation.py PART --help`. The cases of the seeds are those of
@@ -16,13 +17,14 @@ import argparse
 import sys
 
 import navigation_begin
+import navigation_carried
 import navigation_drive
 import navigation_explore
 import navigation_localise
 import navigation_map
 
-PARTS = {"begin": navigation_begin, "drive": navigation_drive, "explore": navigation_explore,
-         "localise": navigation_localise, "map": navigation_map}
+PARTS = {"begin": navigation_begin, "carried": navigation_carried, "drive": navigation_drive,
+         "explore": navigation_explore, "localise": navigation_localise, "map": navigation_map}
 """Each part has `add_arguments(parser)` and `main(options)`, which returns the exit status."""
 
 

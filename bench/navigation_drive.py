@@ -107,7 +107,7 @@ def prepared(its: Case, count: int) -> Tuple[GridMap, Chassis, List[Pose], rando
     return grid_map, chassis, goals_of(grid_map, chassis, its.world.starts[0][:2], count, luck), luck
 
 
-class _Drive:
+class Drive:
     """One robot on the way to its goals: its world, what it knows, and what became of it."""
 
     def __init__(self, seed: int, options):
@@ -142,7 +142,7 @@ class _Drive:
             print("seed %d: %s" % (self.seed, refusal))
         costs, way, unsure, wrong, longest_wrong, decision, contact = [], 0.0, 0.0, 0.0, 0.0, None, ""
         while self.time - begin < LONGEST:
-            place, decision, cost = self._packet()
+            place, decision, cost = self.packet()
             costs.append(cost)
             truth = firmware.true_pose
             unsure += 0.0 if place.sure else CYCLE
@@ -160,7 +160,7 @@ class _Drive:
                    math.hypot(here[0] - goal.x, here[1] - goal.y), abs(wrapped(here[2] - goal.heading)), tuple(costs),
                    unsure, longest_wrong, contact)
 
-    def _packet(self):
+    def packet(self):
         """Let people and robot move until the next packet, and answer it. Return place, decision and its cost (s)."""
         for person in self.people:
             for _ in person.step(CYCLE):
@@ -190,7 +190,7 @@ class _Drive:
 
 def run(seed: int, options) -> List[Leg]:
     """Drive to the goals of a seed."""
-    drive = _Drive(seed, options)
+    drive = Drive(seed, options)
     legs = [drive.to(number, goal) for number, goal in enumerate(drive.goals)]
     if options.picture and (options.all_pictures or any(map(failed, legs))):
         draw(options.picture, drive, legs)
@@ -211,7 +211,7 @@ def locator(options, grid_map, robot, seed):
     return localisation.update
 
 
-def draw(folder: str, drive: _Drive, legs: List[Leg]) -> None:
+def draw(folder: str, drive: Drive, legs: List[Leg]) -> None:
     """Draw what happened into a picture."""
     import matplotlib
     matplotlib.use("Agg")

@@ -61,9 +61,19 @@ class Certainty:
         return self._trusted_way >= self._tuned.proven_way
 
     @property
+    def settled(self) -> bool:
+        """Whether searches have told, and nobody's word, that the robot that is not sure is here, if anywhere."""
+        return not self.sure and not self.proven and self._unique >= self._tuned.sure_searches
+
+    @property
     def doubts(self) -> bool:
         """Whether the readings contradict the pose."""
         return self._missed >= self._tuned.unsure_missed
+
+    @property
+    def fits(self) -> bool:
+        """Whether nothing speaks against the pose. When it is doubted, it was right when this held last."""
+        return self._missed == 0.0
 
     @property
     def suspects(self) -> bool:
@@ -104,7 +114,7 @@ class Certainty:
         self.reason, self.explained = UNKNOWN + why, self._usual
         self.on_a_line = False
         self._trusted_way = self._blind_way = 0.0
-        self._unique = 0
+        self._unique, self._spots = 0, 0.0
 
     def place(self, trusted: bool, alone: bool = False) -> None:
         """From now on some place is likely. `trusted`: somebody told it. `alone`: a search found none like it.
@@ -118,6 +128,7 @@ class Certainty:
             self._heard.clear()
         self._trusted_way = self._tuned.proven_way if trusted else 0.0
         self._unique = self._tuned.sure_searches if trusted else int(alone)
+        self._spots = 0.0
         self.reason = self.reason or UNKNOWN + JUST_FOUND
 
     def accepts(self, explained: Array) -> bool:
@@ -131,7 +142,7 @@ class Certainty:
             needed = min(needed, self.explained)
         return len(said) > 0 and bool(said.mean() >= needed)
 
-    def compare(self, better: float, spots: float, better_beside: float = math.inf) -> None:
+    def compare(self, better: float, spots: float, better_beside: float = math.inf, turned_only: bool = False) -> None:
         """Take how much better (log-likelihood) the pose explains each spot than the best pose elsewhere does.
 
         Few echoes are explained where much stands that is on no map, and where walls slant. But if search after search
@@ -143,17 +154,20 @@ class Certainty:
             better: that difference.
             spots: how many spots were heard.
             better_beside: the same for poses close by that look the same way; infinite if there are none.
+            turned_only: all was heard from one place.
         """
+        tuned = self._tuned
         if self.sure:
             alone = better > 0.0
         elif self.proven:
-            alone = better > 0.0 and better_beside > self._tuned.beside_margin
+            alone = better > 0.0 and better_beside > tuned.beside_margin
         else:
-            alone = better > self._tuned.rival_margin * self.caution(spots)
-        self._unique = self._unique + 1 if alone else 0
+            margin = tuned.rival_margin_on_the_spot if turned_only else tuned.rival_margin
+            alone = better > margin * self.caution(spots)
+        self._unique, self._spots = self._unique + 1 if alone else 0, spots
         self._upheld = self._upheld + 1 if alone and not self.sure else 0
-        if self._upheld >= self._tuned.upheld_searches:
-            self._usual = max(LEAST_USUAL, min(self._usual, self.explained / self._tuned.sure_explained))
+        if self._upheld >= tuned.upheld_searches:
+            self._usual = max(LEAST_USUAL, min(self._usual, self.explained / tuned.sure_explained))
             self._missed = 0.0
 
     def hear(self, beams: Beams, explained: Array, way: float, new_way: float) -> None:
@@ -222,4 +236,5 @@ class Certainty:
             return "my heading may be %.0f degrees off" % np.degrees(spread.heading)
         if not alone:
             return _ALIKE
-        return JUST_FOUND if self._trusted_way < tuned.sure_way else ""
+        heard_enough = self._unique >= tuned.upheld_searches and self._spots >= tuned.enough_spots
+        return "" if heard_enough or self._trusted_way >= tuned.sure_way else JUST_FOUND

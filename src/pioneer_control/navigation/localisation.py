@@ -36,6 +36,10 @@ SHORTEST_WAY = 0.003
 """Readings after a shorter way (m) are not weighed: the robot stands."""
 SAME_WAY = 0.5
 """A robot looks about the same way in two poses if the cosine of the turn between these is greater."""
+ONE_PLACE = 1.0
+"""All that was heard was heard from one place if the floor on which its sensors stood has no longer diagonal (m)."""
+FOUND_POSITION, FOUND_HEADING = 0.06, 0.05
+"""Standard deviation (m, rad) of a pose that a search found."""
 PACKETS_WEIGHED = 2
 """The readings of so many packets are weighed at once: that costs little more than those of one."""
 
@@ -240,6 +244,8 @@ class Localisation:
                 self._certainty.hear(beams, explained, way, new_way)
             if moved:
                 self._recent.add(self._wheels.odometry, beams)
+            if self._certainty.fits:
+                self._recent.mark()
             self._look_everywhere(time)
         spread = self._cloud.spread()
         self._pose = spread.pose
@@ -248,7 +254,7 @@ class Localisation:
         if was_sure and not self._certainty.sure:
             self._next_search = time
             if self._certainty.doubts:      # what was heard before may belong to another place
-                self._recent.keep(tuned.kept_in_doubt)
+                self._recent.keep_marked(tuned.kept_in_doubt)
                 self._search.give_up()
         self._wheels.learn(spread.pose if self._certainty.sure else None)
         line = _line(spread) if self._certainty.on_a_line else ()
@@ -300,16 +306,23 @@ class Localisation:
             apart = [not same_place(pose, here.poses[0]) for pose in others.poses]
             others = Found(others.poses[apart], others.scores[apart])
             if not self._believes(others, here, beams, spots):
+                if self._certainty.settled:
+                    self._put(here.poses, np.zeros(1))
                 return
             others = Found(np.vstack((others.poses, here.poses)), np.concatenate((others.scores, here.scores)))
         if self._certainty.suspects:
             self._recent.keep(self._tuned.kept_in_doubt)
         self._known = True
         logs = others.scores * spots * self._tuned.weight
-        self._cloud.put(others.poses, logs, 0.06, 0.05, self._tuned.particles_searching)
+        self._put(others.poses, logs)
         rivals = [not same_place(pose, others.poses[0]) for pose in others.poses]
         better = others.scores[0] - others.scores[rivals].max(initial=-np.inf)
         self._certainty.place(trusted=False, alone=bool(better > self._tuned.margin))
+        self._main.looks.forget()       # what it has heard from here has not told yet about this place
+
+    def _put(self, poses: Array, logs: Array) -> None:
+        """Put the cloud where a search says that the robot may be, with the log-likelihood of each place."""
+        self._cloud.put(poses, logs, FOUND_POSITION, FOUND_HEADING, self._tuned.particles_searching)
 
     def _believes(self, others: Found, here: Found, beams: Beams, spots: float) -> bool:
         """Return whether other poses are believed rather than the pose that the robot has; perhaps doubt this one.
@@ -328,7 +341,8 @@ class Localisation:
                          - self._search.improved(here.poses, newest).scores[0])
         off = others.poses - here.poses[0]
         beside = (np.hypot(off[:, 0], off[:, 1]) < self._tuned.beside) & (np.cos(off[:, 2]) > SAME_WAY)
-        certainty.compare(-better, spots, here.scores[0] - others.scores[beside].max(initial=-np.inf))
+        turned_only = np.hypot(np.ptp(beams.x), np.ptp(beams.y)) < ONE_PLACE
+        certainty.compare(-better, spots, here.scores[0] - others.scores[beside].max(initial=-np.inf), turned_only)
         if better < certainty.margin or not certainty.accepts(self._main.model.explained(others.poses[0], beams)):
             return False
         if better < certainty.margin * certainty.caution(spots):

@@ -425,7 +425,7 @@ class Navigator:
             return False
         numbers, places = self._numbers, self._obstacles.heard()
         assert self._last is not None
-        places = places.chosen(~places.mapped & (now - places.time < numbers.obstacles.young)
+        places = places.chosen(~places.mapped & places.came & (now - places.time < numbers.obstacles.young)
                                & (now - places.since < numbers.navigator.unsure_beside))
         x, y = into(self._last.odometry, places.x, places.y)
         walls = self._obstacles.explained(*out_of(pose, x, y), np.hypot(x, y))

@@ -38,6 +38,7 @@ class Places(NamedTuple):
     """Places where something was heard: x and y (m), time of the last echo (s), whether the map explains it, and the
     time (s) at which the place is forgotten. `since` (s): from then on echoes came from about here, at most
     `ObstacleNumbers.same_place` from `from_x`, `from_y` (m). What walks leaves this place, and its `since` is new.
+    `came`: echoes of some seconds before that had passed here; else what is here may always have been here.
     """
 
     x: Array
@@ -48,6 +49,7 @@ class Places(NamedTuple):
     since: Array
     from_x: Array
     from_y: Array
+    came: Array
 
     def chosen(self, which: Array) -> "Places":
         """Return some of them: those that are true in an array of bools."""
@@ -101,7 +103,8 @@ class Obstacles:
         self._standing.forget()
         self._free = self._looks = _columns([])
         none = np.zeros(0)
-        self._places = Places(none, none, none, np.zeros(0, dtype=bool), none, none, none, none)
+        no = np.zeros(0, dtype=bool)
+        self._places = Places(none, none, none, no, none, none, none, none, no)
         self._passed = np.zeros(0, dtype=int)
 
     def live(self, since: float) -> List[int]:
@@ -151,7 +154,8 @@ class Obstacles:
         Sonar does not hear what is there, so echoes from behind it do not forget it.
         """
         self._put(places_x, places_y, np.full(len(places_x), time), np.zeros(len(places_x), dtype=bool),
-                  np.full(len(places_x), time + self._tuned.felt), np.full(len(places_x), self._tuned.same_place))
+                  np.full(len(places_x), time + self._tuned.felt), np.full(len(places_x), self._tuned.same_place),
+                  np.zeros(len(places_x), dtype=bool))
         self._passed[len(self._passed) - len(places_x):] = _NEVER
 
     def explained(self, x: Array, y: Array, far: Array) -> Array:
@@ -188,7 +192,6 @@ class Obstacles:
         self._slow = before is None or math.hypot(
             sensing.odometry.x - before.odometry.x, sensing.odometry.y - before.odometry.y) < _SLOW * (
                 sensing.time - before.time)
-        self._looks = np.concatenate((self._looks, _columns(heard + silent)), axis=1)[:, -_LOOKS_KEPT:]
         if heard:
             echoes = _columns(heard)
             self._see_through(echoes)
@@ -196,6 +199,7 @@ class Obstacles:
             near = echoes[3, :, 0] < self._tuned.heard_to
             if near.any():
                 self._hear_near(sensing, echoes[:, near], where)
+        self._looks = np.concatenate((self._looks, _columns(heard + silent)), axis=1)[:, -_LOOKS_KEPT:]
 
     def _hear_near(self, sensing: Sensing, echoes: Array, where: Optional[Pose]) -> None:
         eye_x, eye_y, heading, far, time = echoes
@@ -213,8 +217,14 @@ class Obstacles:
         same = self._tuned.same_place
         if self._slow:
             same = np.minimum(same, self._tuned.same_place_near + self._tuned.same_place_share * far)
+        came = np.broadcast_to(self._was_free(eye_x + far * np.cos(heading), eye_y + far * np.sin(heading)), x.shape)
         self._put(x[which], y[which], np.broadcast_to(time, x.shape)[which], explained[which], until[which],
-                  np.broadcast_to(same, x.shape)[which])
+                  np.broadcast_to(same, x.shape)[which], came[which])
+
+    def _was_free(self, x: Array, y: Array) -> Array:
+        """Return which places (m, odometry) echoes had passed before this packet."""
+        before = self._looks[:, np.isfinite(self._looks[3, :, 0])]
+        return self._passing(before, x.ravel(), y.ravel()).any(axis=0).reshape(x.shape)
 
     def _seen_free(self, x: Array, y: Array) -> Array:
         """Return which places (m, odometry) the last echoes have passed: nothing is there."""
@@ -230,10 +240,10 @@ class Obstacles:
         return (np.abs(aside) < along * math.tan(_THROUGH)) & (
             np.hypot(along, aside) < np.minimum(far - self._tuned.seen_through, self._tuned.heard_to))
 
-    def _put(self, x: Array, y: Array, time: Array, mapped: Array, until: Array, same: Array) -> None:
+    def _put(self, x: Array, y: Array, time: Array, mapped: Array, until: Array, same: Array, came: Array) -> None:
         old = self._places
         again = (self._cell_of(old.x, old.y)[:, np.newaxis] == self._cell_of(x, y)).any(axis=1)
-        new = Places(x, y, time, mapped, until, *self._stands_since(x, y, time, same))
+        new = Places(x, y, time, mapped, until, *self._stands_since(x, y, time, came, same))
         self._places = Places(*(np.append(*columns) for columns in zip(old.chosen(~again), new)))
         self._passed = np.append(self._passed[~again], np.zeros(len(x), dtype=int))
 
@@ -241,20 +251,20 @@ class Obstacles:
         """Return a number of the cell of each place, the same for places of one cell."""
         return np.floor(x / self._tuned.cell) * 1e7 + np.floor(y / self._tuned.cell)
 
-    def _stands_since(self, x: Array, y: Array, time: Array, near: Array) -> Tuple[Array, Array, Array]:
-        """Return `since`, `from_x` and `from_y` of new places: those of the oldest place that each may still be.
+    def _stands_since(self, x: Array, y: Array, time: Array, came: Array, near: Array) -> Tuple[Array, ...]:
+        """Return `since`, `from_x`, `from_y` and `came` of new places: of the oldest place that each may still be.
 
-        `near`: so far (m) each may be from where that began.
+        `came` is that of places that are none of the old ones. `near`: so far (m) each may be from where that began.
         """
         old = self._places.chosen(time.max() - self._places.time < self._tuned.proves_still)
         if not len(old.x):
-            return time, x, y
+            return time, x, y, came
         same = np.hypot(x[:, np.newaxis] - old.from_x, y[:, np.newaxis] - old.from_y) < near[:, np.newaxis]
         since = np.where(same, old.since, np.inf)
         oldest, row = since.argmin(axis=1), np.arange(len(x))
         known = same.any(axis=1)
         return (np.where(known, since[row, oldest], time), np.where(known, old.from_x[oldest], x),
-                np.where(known, old.from_y[oldest], y))
+                np.where(known, old.from_y[oldest], y), np.where(known, old.came[oldest], came))
 
     def _see_through(self, echoes: Array) -> None:
         """Note which places echoes from farther away have passed, and forget those that were passed often enough."""

@@ -32,7 +32,7 @@ class RecentReadings:
     def __init__(self, most: int):
         self._rows = np.empty((2 * most, 5))    # x, y, heading of the sensor (odometry frame), range number, sensor
         self._most, self._end = most, 0
-        self.heard = 0
+        self.heard = self._heard_at_mark = 0
 
     def __len__(self) -> int:
         return min(self._end, self._most)
@@ -45,6 +45,14 @@ class RecentReadings:
         """Forget all but some of the newest readings."""
         kept = self._rows[max(0, self._end - newest):self._end].copy()
         self._rows[:len(kept)], self._end = kept, len(kept)
+
+    def mark(self) -> None:
+        """Mark the newest reading, see `keep_marked`."""
+        self._heard_at_mark = self.heard
+
+    def keep_marked(self, most: int) -> None:
+        """Forget all but those that came after the mark, and of these all but some of the newest."""
+        self.keep(min(most, self.heard - self._heard_at_mark))
 
     def add(self, odometry: Pose, beams: Beams) -> None:
         """Keep readings that are given relative to the robot when its pose by the wheels (m, rad) was `odometry`."""

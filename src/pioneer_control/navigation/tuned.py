@@ -94,6 +94,8 @@ class LocalisationNumbers:
 
     rival_margin: float = parameter(
         0.15, Number(-5.0, 5.0), "to become sure, the pose must explain each spot better than any elsewhere by this")
+    rival_margin_on_the_spot: float = parameter(
+        0.25, Number(-5.0, 5.0), "the same for a robot that has only turned: all that it heard errs alike")
 
     beside: float = parameter(3.0, Number(0.0, 100.0), "a place that is not farther from the pose is close by", "m")
     beside_margin: float = parameter(
@@ -104,6 +106,9 @@ class LocalisationNumbers:
         1.2, Number(0.0, 5.0), "greatest spread of the cloud for the robot to be sure to be on a line", "m")
     sure_way: float = parameter(
         0.5, Number(0.0, 100.0), "way in motion with readings that the place explains, before it is sure", "m")
+    enough_spots: float = parameter(
+        63.0, Number(1.0, 5000.0), "so many spots are as good as that way, once `upheld_searches` found no place alike:"
+        " a robot that can turn only a little")
     sure_searches: int = parameter(
         2, Whole(1, 100), "so many searches in a row must find no place that looks alike, before it is sure")
     upheld_searches: int = parameter(

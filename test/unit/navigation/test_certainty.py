@@ -188,6 +188,56 @@ def test_a_place_that_was_just_found_must_prove_itself_on_a_way_and_be_unlike_ot
     assert not certainty.sure
 
 
+@pytest.mark.parametrize("spots, searches, sure", [
+    (TUNED.enough_spots, TUNED.upheld_searches, True), (TUNED.enough_spots - 1.0, TUNED.upheld_searches, False),
+    (TUNED.enough_spots, TUNED.upheld_searches - 1, False)])
+def test_many_spots_that_no_other_place_explains_are_as_good_as_a_way(spots, searches, sure):
+    """1015: carried between boxes, it could turn to and fro only. It was right for a minute, and not sure."""
+    certainty = Certainty(TUNED)
+    certainty.place(trusted=False)
+    for _ in range(searches):
+        certainty.compare(2.0 * TUNED.rival_margin + 0.1, spots)
+    certainty.judge(spread())
+    assert certainty.sure == sure
+    certainty.place(trusted=False)      # somewhere else: what other searches said counts no more
+    certainty.judge(spread())
+    assert not certainty.sure
+
+
+@pytest.mark.parametrize("turned_only, better, sure", [
+    (False, TUNED.rival_margin + 0.01, True), (True, TUNED.rival_margin + 0.01, False),
+    (True, TUNED.rival_margin_on_the_spot + 0.01, True)])
+def test_a_robot_that_has_only_turned_is_more_careful_about_places_that_look_alike(turned_only, better, sure):
+    """1052: in a corridor it was sure for a minute of the place that looks the other way."""
+    certainty = Certainty(TUNED)
+    certainty.place(trusted=False)
+    hear(certainty, 1.0, way=TUNED.sure_way + 0.1)
+    for _ in range(TUNED.sure_searches):
+        certainty.compare(better, MANY, turned_only=turned_only)
+    certainty.judge(spread())
+    assert certainty.sure == sure
+
+
+@pytest.mark.parametrize("told, searches, settled", [(False, 2, True), (False, 1, False), (True, 2, False)])
+def test_searches_settle_where_a_robot_is_that_is_not_sure(told, searches, settled):
+    certainty = Certainty(TUNED)
+    certainty.place(trusted=told)
+    for _ in range(searches):
+        certainty.compare(TUNED.rival_margin + 0.1, MANY)
+    assert not certainty.sure and certainty.settled == settled
+    certainty.compare(TUNED.rival_margin - 0.1, MANY)
+    assert not certainty.settled
+
+
+def test_a_pose_fits_until_a_reading_speaks_against_it_and_again_when_others_outweigh_that():
+    certainty = sure()
+    assert certainty.fits
+    hear(certainty, 0.0, count=1)
+    assert not certainty.fits and not certainty.suspects
+    hear(certainty, 1.0)
+    assert certainty.fits
+
+
 @pytest.mark.parametrize("alone", [True, False])
 def test_the_search_that_finds_a_place_and_none_like_it_counts(alone):
     certainty = Certainty(TUNED)
@@ -400,7 +450,7 @@ def test_a_place_beside_that_looks_alike_must_be_told_apart_before_a_pose_is_sur
 def test_the_longer_a_place_has_explained_the_readings_the_better_another_must_be():
     certainty, margins = Certainty(TUNED), []
     certainty.place(trusted=False)
-    for _ in range(2 * TUNED.sure_searches):
+    for _ in range(TUNED.sure_searches):
         certainty.compare(TUNED.rival_margin + 0.1, MANY)
     for _ in range(round((TUNED.proven_way + 0.2) / 0.1)):
         hear(certainty, 1.0, way=0.1)

@@ -95,6 +95,46 @@ def test_being_carried_away_is_noticed_and_the_new_place_is_found():
     assert results[-1][0].sure and off(results[-1][0], robot)[0] < 0.15
 
 
+def test_once_it_notices_that_it_was_carried_it_compares_only_what_it_heard_since():
+    """1002: it stopped at once beside a wall. What it had heard on its way outweighed all that it heard there."""
+    robot, localisation = localised()
+    robot.pose = Pose(5.4, 3.3, 0.5)
+    heard = localisation._recent.heard
+    while localisation.update(robot.step(0.0, 0.01)).sure:
+        pass
+    assert localisation._certainty.doubts
+    assert 0 < len(localisation._recent) <= localisation._recent.heard - heard < LocalisationNumbers().kept_in_doubt
+
+
+def test_in_a_place_that_was_just_found_each_look_counts_anew():
+    """1017: it had turned all round before it found itself. So it was not sure until it had turned twice more."""
+    robot, localisation = localised()
+    robot.pose = Pose(5.4, 3.3, 0.5)
+    turned = 0.0
+    while localisation.update(robot.step(0.0, 0.06)).sure or off(localisation.where, robot)[0] > 0.3:
+        turned += 0.06
+    while not localisation.update(robot.step(0.0, 0.06)).sure:
+        turned += 0.06
+    assert turned < 2.0 * math.pi
+
+
+@pytest.mark.parametrize("settled", [True, False])
+def test_once_searches_find_no_other_place_the_cloud_is_nowhere_else(settled, monkeypatch):
+    """1007: poses of the first guess stayed for half a minute in places that each search had excluded since."""
+    localisation = Localisation(MAP, TRANSDUCERS)
+    robot = SensingRobot(ROOM, START)
+    while not localisation._known:
+        localisation.update(robot.step(0.03, -0.05))
+    here, there = np.array([[*START]]), np.array([[1.0, 3.4, 0.0]])
+    monkeypatch.setattr(Certainty, "settled", settled)
+    monkeypatch.setattr(PoseSearch, "scored", lambda self, poses, beams: Found(there, np.array([-9.0])))
+    monkeypatch.setattr(PoseSearch, "improved", lambda self, poses, beams: Found(here, np.array([-3.0])))
+    localisation._cloud.put(np.vstack((here, there)), np.zeros(2), 0.06, 0.05, 400)
+    localisation._consider(Found(there, np.array([-9.0])), localisation._wheels.odometry)
+    near_there = np.hypot(*(localisation.particles[:, :2] - there[0, :2]).T) < 0.5
+    assert near_there.any() != settled
+
+
 def test_being_carried_away_is_noticed_by_a_robot_that_stands():
     robot, localisation = localised()
     robot.pose = Pose(5.4, 3.3, 0.5)
@@ -162,8 +202,23 @@ def test_a_search_compares_the_pose_with_the_best_place_and_with_the_best_one_be
     told = []
     monkeypatch.setattr(Certainty, "compare", lambda self, *differences: told.append(differences))
     localisation._consider(Found(others, scores), localisation._wheels.odometry)
-    (better, _, better_beside), = told
-    assert (better, better_beside) == pytest.approx((0.1, 0.2))
+    (better, _, better_beside, turned_only), = told
+    assert (better, better_beside) == pytest.approx((0.1, 0.2)) and not turned_only
+
+
+def test_a_search_says_whether_the_robot_has_only_turned(monkeypatch):
+    robot, localisation = SensingRobot(ROOM, START), Localisation(MAP, TRANSDUCERS)
+    localisation.known_start(START)
+    told = []
+    compare = Certainty.compare
+    monkeypatch.setattr(Certainty, "compare", lambda self, *values: told.append(values[-1]) or compare(self, *values))
+    for speed in (0.0, 0.03):
+        for _ in range(60):     # with 0.03 m each, in a circle of 1.2 m
+            localisation.update(robot.step(speed, 0.05))
+        told.clear()
+        while not told:
+            localisation.update(robot.step(speed, 0.05))
+        assert told[-1] == (speed == 0.0)
 
 
 def test_standing_adds_no_certainty():

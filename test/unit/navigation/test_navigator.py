@@ -440,6 +440,16 @@ def test_it_does_not_look_around_beside_who_has_just_come_and_may_go_on(posts, s
     assert any(turned) == turns
 
 
+def test_it_looks_around_beside_what_may_always_have_been_there():
+    """A robot that was carried hears all that is beside it for the first time. It stood ten seconds at each of it."""
+    run = Run(subtype="amigo-sh", start=Pose(3.0, 2.0, 0.0), posts=[(3.07, 2.34)])
+    run.navigator = Navigator(run.walls, run.chassis)
+    run.step()
+    run.navigator.go_to(5.0, 2.0, None, run.time)
+    turned = [run.step(where=lost()).twist.angular != 0.0 for _ in range(40)]
+    assert not any(turned[:10]) and any(turned), "whatever is so near may walk until it was heard for some time"
+
+
 def test_it_looks_around_also_in_a_corridor():
     cells = room().cells.copy()
     cells[52:, :] = cells[:28, :] = OCCUPIED

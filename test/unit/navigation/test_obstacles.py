@@ -100,6 +100,21 @@ def test_an_echo_in_the_same_place_makes_it_young_again_and_adds_none():
     assert len(places.x) == 5 and (places.time == 2.0).all()
 
 
+@pytest.mark.parametrize("before, came", [([2.4], True), ([], False), ([math.inf], False), ([1.1], False)])
+def test_what_is_heard_where_an_echo_from_farther_away_had_passed_has_come_there(before, came):
+    """Where no echo had passed it may always have been: a robot that was carried hears all its walls for the first
+    time. It stays what it was while it stands there.
+    """
+    obstacles = memory()
+    for number, distance in enumerate(before):
+        hear(obstacles, distance, 1.0 + 0.1 * number, where=None)
+    obstacles.hear(Sensing(5.0, HERE, ()), None)
+    for time in (5.1, 5.2, 6.9):
+        places = hear(obstacles, 1.0, time, where=None)
+        newest = places.chosen(places.time == time)
+        assert len(newest.came) and (newest.came == came).all()
+
+
 def test_a_firing_is_placed_where_the_robot_was_then():
     obstacles = memory()
     hear(obstacles, math.inf, 1.0)

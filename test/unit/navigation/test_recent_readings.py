@@ -49,6 +49,16 @@ def test_some_of_the_newest_can_be_kept_and_all_forgotten():
     assert len(recent) == 0 and recent.heard == 4
 
 
+@pytest.mark.parametrize("most, kept", [(2, [3, 4]), (9, [2, 3, 4])])
+def test_those_that_came_after_a_mark_can_be_kept(most, kept):
+    recent, here = RecentReadings(5), Pose(0.0, 0.0, 0.0)
+    recent.add(here, readings(1))
+    recent.mark()
+    recent.add(here, readings(2, 3, 4))
+    recent.keep_marked(most)
+    assert recent.seen_from(here).measured.tolist() == kept
+
+
 # --- FiringPoses ---
 
 FRONT = Transducer(3, 0.2, 0.0, 0.0)
