@@ -237,4 +237,4 @@ class Certainty:
         if not alone:
             return _ALIKE
         heard_enough = self._unique >= tuned.upheld_searches and self._spots >= tuned.enough_spots
-        return "" if heard_enough or self._trusted_way >= tuned.sure_way else JUST_FOUND
+        return "" if self.sure or heard_enough or self._trusted_way >= tuned.sure_way else JUST_FOUND

@@ -199,6 +199,9 @@ def test_many_spots_that_no_other_place_explains_are_as_good_as_a_way(spots, sea
         certainty.compare(2.0 * TUNED.rival_margin + 0.1, spots)
     certainty.judge(spread())
     assert certainty.sure == sure
+    certainty.compare(0.1, 1.0)         # the newest readings alone tell of few spots: a robot that is sure stays so
+    certainty.judge(spread())
+    assert certainty.sure == sure
     certainty.place(trusted=False)      # somewhere else: what other searches said counts no more
     certainty.judge(spread())
     assert not certainty.sure
