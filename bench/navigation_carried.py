@@ -1,7 +1,7 @@
 """The part "carried" of bench/navigation.py: a robot drives to a goal, and somebody carries it away.
 
 It stands, says that it does not know where it is, and looks around as navigation decides. The part "localise" drives
-robots on that were carried; here they may only turn. Counted is the time from the carry until a robot is sure, and
+robots on that were carried; here most of them only turn. Counted is the time from the carry until a robot is sure, and
 right.
 """
 
@@ -72,10 +72,11 @@ def step(drive: Drive, goals: Iterator[Pose]) -> Tuple[Where, str]:
 
 
 def place_for(drive: Drive) -> Pose:
-    """Return where the robot is put: elsewhere on the floor, where it touches nothing."""
+    """Return where the robot is put: elsewhere on the floor, where it touches nothing and nobody is near."""
     here, outline = Pose(*drive.robot.firmware.true_pose), drive.chassis.outline
     places = (elsewhere(drive.grid_map, here, "%s %s" % (drive.seed, number)) for number in range(1000))
-    return next(each for each in places if not drive.world.touches(placed(outline, each)))
+    return next(each for each in places if not drive.world.touches(placed(outline, each)) and all(
+        math.hypot(each.x - person.pose[0], each.y - person.pose[1]) > 1.0 for person in drive.people))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -46,7 +46,7 @@ class Certainty:
         self._usual = tuned.usual_explained
         self._heard: Dict[int, Tuple[int, int]] = {}    # of each sensor: its last number, how often it may still count
         self._missed = 0.0      # so many more echoes should have been explained
-        self._upheld = 0    # searches in a row since the doubt began that found no place alike
+        self._spots = 0.0   # heard at the last search
         self._outdone = False   # since it was sure last, a search has found a place that explains more
         self.lose(NOT_TOLD)
 
@@ -62,8 +62,10 @@ class Certainty:
 
     @property
     def settled(self) -> bool:
-        """Whether searches have told, and nobody's word, that the robot that is not sure is here, if anywhere."""
-        return not self.sure and not self.proven and self._unique >= self._tuned.sure_searches
+        """Whether the last searches found no place like this one, though the robot is not sure yet. False if somebody
+        told the place, or a long way has proven it.
+        """
+        return not self.proven and self._upheld >= self._tuned.sure_searches
 
     @property
     def doubts(self) -> bool:
@@ -72,7 +74,7 @@ class Certainty:
 
     @property
     def fits(self) -> bool:
-        """Whether nothing speaks against the pose. When it is doubted, it was right when this held last."""
+        """Whether nothing speaks against the pose. It held last about when the robot was carried."""
         return self._missed == 0.0
 
     @property
@@ -114,7 +116,7 @@ class Certainty:
         self.reason, self.explained = UNKNOWN + why, self._usual
         self.on_a_line = False
         self._trusted_way = self._blind_way = 0.0
-        self._unique, self._spots = 0, 0.0
+        self._unique = self._upheld = 0     # searches in a row that found no place alike; those while it was not sure
 
     def place(self, trusted: bool, alone: bool = False) -> None:
         """From now on some place is likely. `trusted`: somebody told it. `alone`: a search found none like it.
@@ -127,8 +129,7 @@ class Certainty:
             self.explained *= self._tuned.told_explained
             self._heard.clear()
         self._trusted_way = self._tuned.proven_way if trusted else 0.0
-        self._unique = self._tuned.sure_searches if trusted else int(alone)
-        self._spots = 0.0
+        self._unique, self._upheld = self._tuned.sure_searches if trusted else int(alone), 0
         self.reason = self.reason or UNKNOWN + JUST_FOUND
 
     def accepts(self, explained: Array) -> bool:
@@ -142,7 +143,7 @@ class Certainty:
             needed = min(needed, self.explained)
         return len(said) > 0 and bool(said.mean() >= needed)
 
-    def compare(self, better: float, spots: float, better_beside: float = math.inf, turned_only: bool = False) -> None:
+    def compare(self, better: float, spots: float, better_beside: float = math.inf, one_place: bool = False) -> None:
         """Take how much better (log-likelihood) the pose explains each spot than the best pose elsewhere does.
 
         Few echoes are explained where much stands that is on no map, and where walls slant. But if search after search
@@ -154,7 +155,7 @@ class Certainty:
             better: that difference.
             spots: how many spots were heard.
             better_beside: the same for poses close by that look the same way; infinite if there are none.
-            turned_only: all was heard from one place.
+            one_place: all was heard from one place.
         """
         tuned = self._tuned
         if self.sure:
@@ -162,7 +163,7 @@ class Certainty:
         elif self.proven:
             alone = better > 0.0 and better_beside > tuned.beside_margin
         else:
-            margin = tuned.rival_margin_on_the_spot if turned_only else tuned.rival_margin
+            margin = tuned.rival_margin_on_the_spot if one_place else tuned.rival_margin
             alone = better > margin * self.caution(spots)
         self._unique, self._spots = self._unique + 1 if alone else 0, spots
         self._upheld = self._upheld + 1 if alone and not self.sure else 0
@@ -236,5 +237,5 @@ class Certainty:
             return "my heading may be %.0f degrees off" % np.degrees(spread.heading)
         if not alone:
             return _ALIKE
-        heard_enough = self._unique >= tuned.upheld_searches and self._spots >= tuned.enough_spots
+        heard_enough = self._upheld >= tuned.upheld_searches and self._spots >= tuned.enough_spots
         return "" if self.sure or heard_enough or self._trusted_way >= tuned.sure_way else JUST_FOUND

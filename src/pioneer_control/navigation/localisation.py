@@ -36,8 +36,8 @@ SHORTEST_WAY = 0.003
 """Readings after a shorter way (m) are not weighed: the robot stands."""
 SAME_WAY = 0.5
 """A robot looks about the same way in two poses if the cosine of the turn between these is greater."""
-ONE_PLACE = 1.0
-"""All that was heard was heard from one place if the floor on which its sensors stood has no longer diagonal (m)."""
+ONE_PLACE = 0.3
+"""A robot that has not driven so far (m), about, has heard all from one place."""
 FOUND_POSITION, FOUND_HEADING = 0.06, 0.05
 """Standard deviation (m, rad) of a pose that a search found."""
 PACKETS_WEIGHED = 2
@@ -306,7 +306,8 @@ class Localisation:
             apart = [not same_place(pose, here.poses[0]) for pose in others.poses]
             others = Found(others.poses[apart], others.scores[apart])
             if not self._believes(others, here, beams, spots):
-                if self._certainty.settled:
+                elsewhere = [pose for pose in self._cloud.poses[::10] if not same_place(pose, here.poses[0])]
+                if elsewhere and self._certainty.settled:
                     self._put(here.poses, np.zeros(1))
                 return
             others = Found(np.vstack((others.poses, here.poses)), np.concatenate((others.scores, here.scores)))
@@ -318,7 +319,7 @@ class Localisation:
         rivals = [not same_place(pose, others.poses[0]) for pose in others.poses]
         better = others.scores[0] - others.scores[rivals].max(initial=-np.inf)
         self._certainty.place(trusted=False, alone=bool(better > self._tuned.margin))
-        self._main.looks.forget()       # what it has heard from here has not told yet about this place
+        self._main.looks.forget()       # no look has counted for this place yet
 
     def _put(self, poses: Array, logs: Array) -> None:
         """Put the cloud where a search says that the robot may be, with the log-likelihood of each place."""
@@ -341,8 +342,9 @@ class Localisation:
                          - self._search.improved(here.poses, newest).scores[0])
         off = others.poses - here.poses[0]
         beside = (np.hypot(off[:, 0], off[:, 1]) < self._tuned.beside) & (np.cos(off[:, 2]) > SAME_WAY)
-        turned_only = np.hypot(np.ptp(beams.x), np.ptp(beams.y)) < ONE_PLACE
-        certainty.compare(-better, spots, here.scores[0] - others.scores[beside].max(initial=-np.inf), turned_only)
+        stood_on = np.hypot(np.ptp(beams.x), np.ptp(beams.y))       # diagonal of where the sensors were
+        certainty.compare(-better, spots, here.scores[0] - others.scores[beside].max(initial=-np.inf),
+                          bool(stood_on < self._firing_poses.span + ONE_PLACE))
         if better < certainty.margin or not certainty.accepts(self._main.model.explained(others.poses[0], beams)):
             return False
         if better < certainty.margin * certainty.caution(spots):

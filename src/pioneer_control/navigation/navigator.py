@@ -572,7 +572,8 @@ class Navigator:
         assert self._last is not None
         x, y = into(self._last.odometry, places.x, places.y)
         walking = ~places.mapped & (now - places.time < tuned.young)
-        unproven = ~places.mapped & (now - places.since < tuned.proves_still)
+        still = np.where(places.came_up, tuned.proves_still_came, tuned.proves_still)
+        unproven = ~places.mapped & (now - places.since < still)
         lost = ~places.mapped & (places.time - places.since < tuned.proves_still) & (now - places.time < tuned.lost)
         apart, beside, left = (self._steering.apart(x, y, which & (not self._through_unknown))
                                for which in (unproven, walking, lost))

@@ -38,7 +38,8 @@ class Places(NamedTuple):
     """Places where something was heard: x and y (m), time of the last echo (s), whether the map explains it, and the
     time (s) at which the place is forgotten. `since` (s): from then on echoes came from about here, at most
     `ObstacleNumbers.same_place` from `from_x`, `from_y` (m). What walks leaves this place, and its `since` is new.
-    `came`: echoes of some seconds before that had passed here; else what is here may always have been here.
+    `came`: one of the last echoes had passed here before: something came. If not, it may always have been here, or it
+    came from where nothing had been heard. `came_up`: it came, and the robot stood.
     """
 
     x: Array
@@ -50,6 +51,7 @@ class Places(NamedTuple):
     from_x: Array
     from_y: Array
     came: Array
+    came_up: Array
 
     def chosen(self, which: Array) -> "Places":
         """Return some of them: those that are true in an array of bools."""
@@ -104,7 +106,7 @@ class Obstacles:
         self._free = self._looks = _columns([])
         none = np.zeros(0)
         no = np.zeros(0, dtype=bool)
-        self._places = Places(none, none, none, no, none, none, none, none, no)
+        self._places = Places(none, none, none, no, none, none, none, none, no, no)
         self._passed = np.zeros(0, dtype=int)
 
     def live(self, since: float) -> List[int]:
@@ -217,9 +219,9 @@ class Obstacles:
         same = self._tuned.same_place
         if self._slow:
             same = np.minimum(same, self._tuned.same_place_near + self._tuned.same_place_share * far)
-        came = np.broadcast_to(self._was_free(eye_x + far * np.cos(heading), eye_y + far * np.sin(heading)), x.shape)
+        came = self._was_free(eye_x + far * np.cos(heading), eye_y + far * np.sin(heading))
         self._put(x[which], y[which], np.broadcast_to(time, x.shape)[which], explained[which], until[which],
-                  np.broadcast_to(same, x.shape)[which], came[which])
+                  np.broadcast_to(same, x.shape)[which], np.broadcast_to(came, x.shape)[which])
 
     def _was_free(self, x: Array, y: Array) -> Array:
         """Return which places (m, odometry) echoes had passed before this packet."""
@@ -252,19 +254,20 @@ class Obstacles:
         return np.floor(x / self._tuned.cell) * 1e7 + np.floor(y / self._tuned.cell)
 
     def _stands_since(self, x: Array, y: Array, time: Array, came: Array, near: Array) -> Tuple[Array, ...]:
-        """Return `since`, `from_x`, `from_y` and `came` of new places: of the oldest place that each may still be.
+        """Return all from `since` to `came_up` of new places: of the oldest place that each may still be.
 
-        `came` is that of places that are none of the old ones. `near`: so far (m) each may be from where that began.
+        A place that is none of the old ones has its own. `near`: so far (m) each may be from where that began.
         """
         old = self._places.chosen(time.max() - self._places.time < self._tuned.proves_still)
         if not len(old.x):
-            return time, x, y, came
+            return time, x, y, came, came & self._slow
         same = np.hypot(x[:, np.newaxis] - old.from_x, y[:, np.newaxis] - old.from_y) < near[:, np.newaxis]
         since = np.where(same, old.since, np.inf)
         oldest, row = since.argmin(axis=1), np.arange(len(x))
         known = same.any(axis=1)
         return (np.where(known, since[row, oldest], time), np.where(known, old.from_x[oldest], x),
-                np.where(known, old.from_y[oldest], y), np.where(known, old.came[oldest], came))
+                np.where(known, old.from_y[oldest], y), np.where(known, old.came[oldest], came),
+                np.where(known, old.came_up[oldest], came & self._slow))
 
     def _see_through(self, echoes: Array) -> None:
         """Note which places echoes from farther away have passed, and forget those that were passed often enough."""

@@ -1,5 +1,6 @@
 """Readings with the place of their sensor: those of a packet, of a scan, and of the last metres."""
 
+import math
 from typing import Any, List, Sequence, Tuple
 
 import numpy as np
@@ -78,9 +79,13 @@ class FiringPoses:
 
     Args:
         transducers: the transducers of the robot.
+
+    Attributes:
+        span: diagonal (m) of the square in which the transducers are while the robot turns on the spot.
     """
 
     def __init__(self, transducers: Sequence[Transducer]):
+        self.span = math.sqrt(8.0) * max((math.hypot(each.x, each.y) for each in transducers), default=0.0)
         self._mounts = {each.number: Pose(each.x, each.y, each.heading) for each in transducers}
         self._past: List[Tuple[float, Pose]] = []
         self._firings: List[Firing] = []

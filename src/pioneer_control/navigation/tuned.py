@@ -69,7 +69,8 @@ class LocalisationNumbers:
     remembered: int = parameter(800, Whole(50, 5000), "readings that a search compares poses with")
     least_readings: int = parameter(60, Whole(1, 5000), "readings in motion that a search needs, half of them echoes")
     kept_in_doubt: int = parameter(
-        60, Whole(0, 5000), "readings that are kept when the pose stops to be sure: older ones may be of another place")
+        60, Whole(0, 5000), "when the pose stops to be sure, at most so many of the newest readings are kept: older"
+        " ones may be of another place")
     poses_per_square_metre: float = parameter(
         150.0, Number(1.0, 10000.0), "random poses that a search begins with, for each square metre of free floor")
     least_poses: int = parameter(4000, Whole(100, 1000000), "it begins with at least so many")
@@ -174,6 +175,8 @@ class ObstacleNumbers:
         "m")
     young: float = parameter(1.5, Number(0, 60), "an echo younger than this may be of somebody who walks", "s")
     proves_still: float = parameter(2.0, Number(0, 60), "what was heard in one place for this time stands still", "s")
+    proves_still_came: float = parameter(
+        4.0, Number(0, 60), "the same for what came there while the robot stood: it stays beside it so long", "s")
     lost: float = parameter(
         2.5, Number(0, 60), "so long after it was last heard, what had not proved to stand still may be near", "s")
     same_place: float = parameter(0.2, Number(0.01, 1), "echoes so near to the first one are from one place", "m")
@@ -257,7 +260,8 @@ class NavigatorNumbers:
         "m/s")
     unsure_drive: float = parameter(30.0, Number(0, 600), "only so long after it stopped to be sure it drives so", "s")
     unsure_beside: float = parameter(
-        10.0, Number(0, 600), "it does not look around beside what is no wall and came a shorter time ago", "s")
+        10.0, Number(0, 600), "it does not look around beside what is no wall and came a shorter time ago, where it had"
+        " heard nothing", "s")
     patience: float = parameter(60.0, Number(1, 3600), "time without progress after which it gives up", "s")
     wait: float = parameter(120.0, Number(1, 3600), "time that it waits for one reason before it gives up", "s")
     slow: float = parameter(5.0, Number(0.1, 600), "time without progress that counts as having no way", "s")

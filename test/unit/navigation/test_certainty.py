@@ -207,16 +207,16 @@ def test_many_spots_that_no_other_place_explains_are_as_good_as_a_way(spots, sea
     assert not certainty.sure
 
 
-@pytest.mark.parametrize("turned_only, better, sure", [
+@pytest.mark.parametrize("one_place, better, sure", [
     (False, TUNED.rival_margin + 0.01, True), (True, TUNED.rival_margin + 0.01, False),
     (True, TUNED.rival_margin_on_the_spot + 0.01, True)])
-def test_a_robot_that_has_only_turned_is_more_careful_about_places_that_look_alike(turned_only, better, sure):
+def test_a_robot_that_has_only_turned_is_more_careful_about_places_that_look_alike(one_place, better, sure):
     """1052: in a corridor it was sure for a minute of the place that looks the other way."""
     certainty = Certainty(TUNED)
     certainty.place(trusted=False)
     hear(certainty, 1.0, way=TUNED.sure_way + 0.1)
     for _ in range(TUNED.sure_searches):
-        certainty.compare(better, MANY, turned_only=turned_only)
+        certainty.compare(better, MANY, one_place=one_place)
     certainty.judge(spread())
     assert certainty.sure == sure
 
@@ -230,6 +230,25 @@ def test_searches_settle_where_a_robot_is_that_is_not_sure(told, searches, settl
     assert not certainty.sure and certainty.settled == settled
     certainty.compare(TUNED.rival_margin - 0.1, MANY)
     assert not certainty.settled
+
+
+def test_searches_while_it_was_sure_and_those_about_another_place_settle_nothing():
+    certainty = Certainty(TUNED)
+    certainty.place(trusted=False)
+    hear(certainty, 1.0, way=TUNED.sure_way + 0.1)
+    for _ in range(TUNED.sure_searches):
+        certainty.compare(TUNED.rival_margin + 0.1, MANY)
+    certainty.judge(spread())
+    assert certainty.sure
+    certainty.compare(TUNED.rival_margin + 0.1, MANY)
+    certainty.doubt()
+    assert not certainty.settled
+    for forget in (lambda: certainty.lose("why"), lambda: certainty.place(trusted=False)):
+        for _ in range(TUNED.upheld_searches - 1):
+            certainty.compare(TUNED.rival_margin + 0.1, MANY)
+        assert certainty.settled
+        forget()
+        assert not certainty.settled
 
 
 def test_a_pose_fits_until_a_reading_speaks_against_it_and_again_when_others_outweigh_that():

@@ -106,20 +106,8 @@ def test_once_it_notices_that_it_was_carried_it_compares_only_what_it_heard_sinc
     assert 0 < len(localisation._recent) <= localisation._recent.heard - heard < LocalisationNumbers().kept_in_doubt
 
 
-def test_in_a_place_that_was_just_found_each_look_counts_anew():
-    """1017: it had turned all round before it found itself. So it was not sure until it had turned twice more."""
-    robot, localisation = localised()
-    robot.pose = Pose(5.4, 3.3, 0.5)
-    turned = 0.0
-    while localisation.update(robot.step(0.0, 0.06)).sure or off(localisation.where, robot)[0] > 0.3:
-        turned += 0.06
-    while not localisation.update(robot.step(0.0, 0.06)).sure:
-        turned += 0.06
-    assert turned < 2.0 * math.pi
-
-
-@pytest.mark.parametrize("settled", [True, False])
-def test_once_searches_find_no_other_place_the_cloud_is_nowhere_else(settled, monkeypatch):
+@pytest.mark.parametrize("settled, elsewhere", [(True, True), (False, True), (True, False)])
+def test_once_searches_find_no_other_place_the_cloud_is_nowhere_else(settled, elsewhere, monkeypatch):
     """1007: poses of the first guess stayed for half a minute in places that each search had excluded since."""
     localisation = Localisation(MAP, TRANSDUCERS)
     robot = SensingRobot(ROOM, START)
@@ -129,10 +117,12 @@ def test_once_searches_find_no_other_place_the_cloud_is_nowhere_else(settled, mo
     monkeypatch.setattr(Certainty, "settled", settled)
     monkeypatch.setattr(PoseSearch, "scored", lambda self, poses, beams: Found(there, np.array([-9.0])))
     monkeypatch.setattr(PoseSearch, "improved", lambda self, poses, beams: Found(here, np.array([-3.0])))
-    localisation._cloud.put(np.vstack((here, there)), np.zeros(2), 0.06, 0.05, 400)
+    localisation._cloud.put(np.vstack((here, there if elsewhere else here)), np.zeros(2), 0.02, 0.02, 400)
+    before = localisation.particles
     localisation._consider(Found(there, np.array([-9.0])), localisation._wheels.odometry)
     near_there = np.hypot(*(localisation.particles[:, :2] - there[0, :2]).T) < 0.5
-    assert near_there.any() != settled
+    assert near_there.any() == (elsewhere and not settled)
+    assert np.array_equal(before, localisation.particles) != (elsewhere and settled), "a good cloud stays"
 
 
 def test_being_carried_away_is_noticed_by_a_robot_that_stands():
@@ -182,6 +172,7 @@ def test_where_few_spots_were_heard_another_pose_raises_a_doubt_before_it_is_bel
     monkeypatch.setattr(RangeModel, "spot_shares", lambda self, beams: np.ones(spots))
     monkeypatch.setattr(Certainty, "accepts", lambda self, explained: True)
     localisation._consider(Found(there, np.array([-3.0])), localisation._wheels.odometry)
+    looks_anew = localisation._main.looks._from is None
     where = localisation.update(robot.step(0.03, -0.05))
     monkeypatch.undo()
     assert where.sure == sure
@@ -189,6 +180,7 @@ def test_where_few_spots_were_heard_another_pose_raises_a_doubt_before_it_is_bel
     assert forgets or sure or moves, "a doubt about a place is one about what was heard before, too"
     near_there = np.hypot(*(localisation.particles[:, :2] - there[0, :2]).T) < 0.5
     assert (near_there.mean() > 0.5) == moves
+    assert looks_anew == moves
 
 
 def test_a_search_compares_the_pose_with_the_best_place_and_with_the_best_one_beside(monkeypatch):
@@ -202,12 +194,15 @@ def test_a_search_compares_the_pose_with_the_best_place_and_with_the_best_one_be
     told = []
     monkeypatch.setattr(Certainty, "compare", lambda self, *differences: told.append(differences))
     localisation._consider(Found(others, scores), localisation._wheels.odometry)
-    (better, _, better_beside, turned_only), = told
-    assert (better, better_beside) == pytest.approx((0.1, 0.2)) and not turned_only
+    (better, _, better_beside, one_place), = told
+    assert (better, better_beside) == pytest.approx((0.1, 0.2)) and not one_place
 
 
-def test_a_search_says_whether_the_robot_has_only_turned(monkeypatch):
-    robot, localisation = SensingRobot(ROOM, START), Localisation(MAP, TRANSDUCERS)
+@pytest.mark.parametrize("larger", [1.0, 2.0])
+def test_a_search_says_whether_the_robot_has_only_turned(larger, monkeypatch):
+    """Also a large one, whose transducers go round in a wide circle."""
+    transducers = [each._replace(x=larger * each.x, y=larger * each.y) for each in TRANSDUCERS]
+    robot, localisation = SensingRobot(ROOM, START), Localisation(MAP, transducers)
     localisation.known_start(START)
     told = []
     compare = Certainty.compare

@@ -183,6 +183,18 @@ def test_it_goes_on_beside_what_has_proved_to_stand_still():
     assert 1.8 < run.time - began < 3.0
 
 
+def test_who_came_while_it_stood_must_stand_longer():
+    """5685: who had stood beside an AmigoBot for three seconds walked on when it began to turn."""
+    run = Run(start=Pose(1.0, 2.0, 0.0)).driving((5.0, 2.0, None))
+    for _ in range(20):
+        run.step(Readiness(motors=False))
+    run.posts, began = [(run.pose.x + 0.05, run.pose.y + 0.4)], run.time
+    run.step()
+    assert stands(run)
+    run.until(State.DRIVING)
+    assert 3.8 < run.time - began < 5.0
+
+
 def test_beside_what_stands_still_and_is_on_no_map_it_is_slow_for_that_may_begin_to_walk():
     post = (1.3, 2.0 + chassis_of().half_width + 0.14)
     run, speeds = Run(start=Pose(1.0, 2.0, 0.0), posts=[post]), []
@@ -442,10 +454,12 @@ def test_it_does_not_look_around_beside_who_has_just_come_and_may_go_on(posts, s
 
 def test_it_looks_around_beside_what_may_always_have_been_there():
     """A robot that was carried hears all that is beside it for the first time. It stood ten seconds at each of it."""
-    run = Run(subtype="amigo-sh", start=Pose(3.0, 2.0, 0.0), posts=[(3.07, 2.34)])
+    run = Run(subtype="amigo-sh", start=Pose(3.0, 2.0, 0.0))
     run.navigator = Navigator(run.walls, run.chassis)
+    run.driving((5.0, 2.0, None))
+    run.navigator._obstacles.forget()
+    run.pose, run.velocity, run.posts = Pose(3.0, 2.0, 0.0), STOP, [(3.07, 2.34)]
     run.step()
-    run.navigator.go_to(5.0, 2.0, None, run.time)
     turned = [run.step(where=lost()).twist.angular != 0.0 for _ in range(40)]
     assert not any(turned[:10]) and any(turned), "whatever is so near may walk until it was heard for some time"
 

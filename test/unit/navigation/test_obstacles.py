@@ -100,6 +100,14 @@ def test_an_echo_in_the_same_place_makes_it_young_again_and_adds_none():
     assert len(places.x) == 5 and (places.time == 2.0).all()
 
 
+@pytest.mark.parametrize("speed, came", [(0.05, True), (0.2, False)])
+def test_what_comes_while_the_robot_drives_is_not_told_from_what_it_drives_to(speed, came):
+    obstacles = memory()
+    for number, distance in enumerate((2.4, 2.4, 1.0)):
+        places = hear(obstacles, distance, 1.0 + number, odometry=HERE._replace(x=HERE.x + speed * number), where=None)
+    assert places.came.all() and (places.came_up == came).all()
+
+
 @pytest.mark.parametrize("before, came", [([2.4], True), ([], False), ([math.inf], False), ([1.1], False)])
 def test_what_is_heard_where_an_echo_from_farther_away_had_passed_has_come_there(before, came):
     """Where no echo had passed it may always have been: a robot that was carried hears all its walls for the first
