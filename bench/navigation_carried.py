@@ -13,8 +13,9 @@ import random
 from multiprocessing import Pool
 from typing import Iterator, List, NamedTuple, Tuple
 
+from simulated_robot import CYCLE
 from navigation_cases import seeds_of
-from navigation_drive import CYCLE, Drive
+from navigation_drive import Drive, at
 from navigation_localise import RIGHT_HEADING, RIGHT_POSITION
 from navigation_wanders import elsewhere
 
@@ -103,11 +104,11 @@ def main(options: argparse.Namespace) -> int:
 
 def report(carries: List[Carry]) -> str:
     """Return the rows of the table."""
-    known = sorted(each.known for each in carries)
-    shares = tuple(known[min(len(known) - 1, int(share * len(known)))] for share in (0.5, 0.75, 0.9))
+    known = [each.known for each in carries]
     return "\n".join("%-38s %s" % row for row in (
         ("known again within %g s" % LONGEST, "%d of %d" % (sum(map(math.isfinite, known)), len(known))),
-        ("known after, median / 75 % / 90 %", "%.1f / %.1f / %.1f s" % shares),
+        ("known after, median / 75 % / 90 %", "%.1f / %.1f / %.1f s" % tuple(
+            at(known, share) for share in (0.5, 0.75, 0.9))),
         ("sure while %g m off, longest" % RIGHT_POSITION, "%.1f s; %d with more than 5 s" % (
             max(each.wrong for each in carries), sum(each.wrong > 5.0 for each in carries))),
         ("contacts", "%d" % sum(each.contacts for each in carries))))

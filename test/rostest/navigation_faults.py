@@ -82,7 +82,10 @@ class NavigationFaults(unittest.TestCase):
 
     @classmethod
     def printed(cls):
-        """Return the warnings and errors of navigation. Its last ones may not reach /rosout: it has ended."""
+        """Return the warnings and errors of navigation once it has ended: its last ones may not reach /rosout.
+
+        While it runs, reading would move the place in the file where it writes.
+        """
         cls.errors.seek(0)
         return cls.errors.read()
 

@@ -46,7 +46,7 @@ class Certainty:
         self._usual = tuned.usual_explained
         self._heard: Dict[int, Tuple[int, int]] = {}    # of each sensor: its last number, how often it may still count
         self._missed = 0.0      # so many more echoes should have been explained
-        self._spots = 0.0   # heard at the last search
+        self._spots, self._one_place = 0.0, False   # heard at the last search, see `compare`
         self._outdone = False   # since it was sure last, a search has found a place that explains more
         self.lose(NOT_TOLD)
 
@@ -62,10 +62,12 @@ class Certainty:
 
     @property
     def settled(self) -> bool:
-        """Whether the last searches found no place like this one, though the robot is not sure yet. False if somebody
-        told the place, or a long way has proven it.
+        """Whether the last searches found no place like this one, though a robot that has only turned is not sure yet.
+
+        What it hears on a way narrows the cloud, without that. False if somebody told the place, or a long way has
+        proven it.
         """
-        return not self.proven and self._upheld >= self._tuned.sure_searches
+        return self._one_place and not self.proven and self._upheld >= self._tuned.sure_searches
 
     @property
     def doubts(self) -> bool:
@@ -165,7 +167,8 @@ class Certainty:
         else:
             margin = tuned.rival_margin_on_the_spot if one_place else tuned.rival_margin
             alone = better > margin * self.caution(spots)
-        self._unique, self._spots = self._unique + 1 if alone else 0, spots
+        self._spots, self._one_place = spots, one_place
+        self._unique = self._unique + 1 if alone else 0
         self._upheld = self._upheld + 1 if alone and not self.sure else 0
         if self._upheld >= tuned.upheld_searches:
             self._usual = max(LEAST_USUAL, min(self._usual, self.explained / tuned.sure_explained))
@@ -215,6 +218,8 @@ class Certainty:
         self.on_a_line = bool(why) and not self._outdone and spread.position < self._tuned.longest_line and not (
             self._doubt(_LINE * spread.across, spread, alone or self.proven))
         self.reason = UNKNOWN + why if why else ""
+        if self.sure:
+            self._upheld = 0
 
     def _doubt(self, off: float, spread: Spread, alone: bool) -> str:
         """Return why the pose is not sure. Empty if it is.

@@ -38,8 +38,8 @@ class Places(NamedTuple):
     """Places where something was heard: x and y (m), time of the last echo (s), whether the map explains it, and the
     time (s) at which the place is forgotten. `since` (s): from then on echoes came from about here, at most
     `ObstacleNumbers.same_place` from `from_x`, `from_y` (m). What walks leaves this place, and its `since` is new.
-    `came`: one of the last echoes had passed here before: something came. If not, it may always have been here, or it
-    came from where nothing had been heard. `came_up`: it came, and the robot stood.
+    `came`: an echo of some seconds before had passed here, so something has come. Without, it may always have been
+    here, or it has come from where nothing had been heard. `came_up`: it came while the robot stood.
     """
 
     x: Array
@@ -194,6 +194,7 @@ class Obstacles:
         self._slow = before is None or math.hypot(
             sensing.odometry.x - before.odometry.x, sensing.odometry.y - before.odometry.y) < _SLOW * (
                 sensing.time - before.time)
+        self._looks = np.concatenate((self._looks, _columns(heard + silent)), axis=1)[:, -_LOOKS_KEPT:]
         if heard:
             echoes = _columns(heard)
             self._see_through(echoes)
@@ -201,7 +202,6 @@ class Obstacles:
             near = echoes[3, :, 0] < self._tuned.heard_to
             if near.any():
                 self._hear_near(sensing, echoes[:, near], where)
-        self._looks = np.concatenate((self._looks, _columns(heard + silent)), axis=1)[:, -_LOOKS_KEPT:]
 
     def _hear_near(self, sensing: Sensing, echoes: Array, where: Optional[Pose]) -> None:
         eye_x, eye_y, heading, far, time = echoes
@@ -224,9 +224,9 @@ class Obstacles:
                   np.broadcast_to(same, x.shape)[which], np.broadcast_to(came, x.shape)[which])
 
     def _was_free(self, x: Array, y: Array) -> Array:
-        """Return which places (m, odometry) echoes had passed before this packet."""
-        before = self._looks[:, np.isfinite(self._looks[3, :, 0])]
-        return self._passing(before, x.ravel(), y.ravel()).any(axis=0).reshape(x.shape)
+        """Return which places (m, odometry) echoes of the last seconds have passed. Silence tells nothing."""
+        echoes = self._looks[:, np.isfinite(self._looks[3, :, 0])]
+        return self._passing(echoes, x.ravel(), y.ravel()).any(axis=0).reshape(x.shape)
 
     def _seen_free(self, x: Array, y: Array) -> Array:
         """Return which places (m, odometry) the last echoes have passed: nothing is there."""

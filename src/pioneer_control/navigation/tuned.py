@@ -176,7 +176,7 @@ class ObstacleNumbers:
     young: float = parameter(1.5, Number(0, 60), "an echo younger than this may be of somebody who walks", "s")
     proves_still: float = parameter(2.0, Number(0, 60), "what was heard in one place for this time stands still", "s")
     proves_still_came: float = parameter(
-        4.0, Number(0, 60), "the same for what came there while the robot stood: it stays beside it so long", "s")
+        4.0, Number(0, 60), "the same for what came there while the robot stood: who waits at a robot walks on", "s")
     lost: float = parameter(
         2.5, Number(0, 60), "so long after it was last heard, what had not proved to stand still may be near", "s")
     same_place: float = parameter(0.2, Number(0.01, 1), "echoes so near to the first one are from one place", "m")
@@ -260,8 +260,8 @@ class NavigatorNumbers:
         "m/s")
     unsure_drive: float = parameter(30.0, Number(0, 600), "only so long after it stopped to be sure it drives so", "s")
     unsure_beside: float = parameter(
-        10.0, Number(0, 600), "it does not look around beside what is no wall and came a shorter time ago, where it had"
-        " heard nothing", "s")
+        10.0, Number(0, 600), "it does not look around beside what is no wall and came a shorter time ago to where it"
+        " had heard that nothing was", "s")
     patience: float = parameter(60.0, Number(1, 3600), "time without progress after which it gives up", "s")
     wait: float = parameter(120.0, Number(1, 3600), "time that it waits for one reason before it gives up", "s")
     slow: float = parameter(5.0, Number(0.1, 600), "time without progress that counts as having no way", "s")

@@ -221,14 +221,16 @@ def test_a_robot_that_has_only_turned_is_more_careful_about_places_that_look_ali
     assert certainty.sure == sure
 
 
-@pytest.mark.parametrize("told, searches, settled", [(False, 2, True), (False, 1, False), (True, 2, False)])
-def test_searches_settle_where_a_robot_is_that_is_not_sure(told, searches, settled):
+@pytest.mark.parametrize("told, searches, one_place, settled", [
+    (False, 2, True, True), (False, 1, True, False), (True, 2, True, False), (False, 2, False, False)])
+def test_searches_settle_where_a_robot_is_that_has_only_turned_and_is_not_sure(told, searches, one_place, settled):
+    """5224: one that drove was sure of a wrong place, as its cloud was put where a search said."""
     certainty = Certainty(TUNED)
     certainty.place(trusted=told)
     for _ in range(searches):
-        certainty.compare(TUNED.rival_margin + 0.1, MANY)
+        certainty.compare(TUNED.rival_margin_on_the_spot + 0.1, MANY, one_place=one_place)
     assert not certainty.sure and certainty.settled == settled
-    certainty.compare(TUNED.rival_margin - 0.1, MANY)
+    certainty.compare(TUNED.rival_margin_on_the_spot - 0.1, MANY, one_place=True)
     assert not certainty.settled
 
 
@@ -237,15 +239,20 @@ def test_searches_while_it_was_sure_and_those_about_another_place_settle_nothing
     certainty.place(trusted=False)
     hear(certainty, 1.0, way=TUNED.sure_way + 0.1)
     for _ in range(TUNED.sure_searches):
-        certainty.compare(TUNED.rival_margin + 0.1, MANY)
+        certainty.compare(TUNED.rival_margin_on_the_spot + 0.1, MANY, one_place=True)
     certainty.judge(spread())
     assert certainty.sure
-    certainty.compare(TUNED.rival_margin + 0.1, MANY)
+    for searches in range(2):
+        for _ in range(searches):
+            certainty.compare(TUNED.rival_margin + 0.1, MANY, one_place=True)
+        certainty.doubt()
+        assert not certainty.settled
+        certainty.judge(spread())
+        assert certainty.sure
     certainty.doubt()
-    assert not certainty.settled
     for forget in (lambda: certainty.lose("why"), lambda: certainty.place(trusted=False)):
         for _ in range(TUNED.upheld_searches - 1):
-            certainty.compare(TUNED.rival_margin + 0.1, MANY)
+            certainty.compare(TUNED.rival_margin_on_the_spot + 0.1, MANY, one_place=True)
         assert certainty.settled
         forget()
         assert not certainty.settled

@@ -100,12 +100,24 @@ def test_an_echo_in_the_same_place_makes_it_young_again_and_adds_none():
     assert len(places.x) == 5 and (places.time == 2.0).all()
 
 
-@pytest.mark.parametrize("speed, came", [(0.05, True), (0.2, False)])
-def test_what_comes_while_the_robot_drives_is_not_told_from_what_it_drives_to(speed, came):
+@pytest.mark.parametrize("speed, came_up", [(0.05, True), (0.2, False)])
+def test_what_comes_while_the_robot_drives_is_not_told_from_what_it_drives_to(speed, came_up):
     obstacles = memory()
-    for number, distance in enumerate((2.4, 2.4, 1.0)):
-        places = hear(obstacles, distance, 1.0 + number, odometry=HERE._replace(x=HERE.x + speed * number), where=None)
-    assert places.came.all() and (places.came_up == came).all()
+    for number, distance in enumerate((2.4, 2.4, 1.0, 1.0)):
+        here = HERE._replace(x=HERE.x + speed * min(number, 2))     # at last it stands: that changes nothing
+        firings = Firing(0, 1.85, 1.0 + number), Firing(AHEAD, distance, 1.001 + number)
+        obstacles.hear(Sensing(1.1 + number, here, firings), None)
+        newest = obstacles.heard().chosen(obstacles.heard().time == 1.001 + number)
+        assert distance == 2.4 or len(newest.x) and newest.came.all() and (newest.came_up == came_up).all()
+
+
+@pytest.mark.parametrize("distances, came", [([2.4] + 300 * [1.0], True), ([1.0, 2.4, 1.0], False)])
+def test_what_stands_in_a_place_has_come_there_or_not_once_for_all(distances, came):
+    obstacles = memory()
+    for number, distance in enumerate(distances):
+        places = hear(obstacles, distance, 1.0 + 0.1 * number, where=None)
+    newest = places.chosen(places.time == 1.0 + 0.1 * number)
+    assert len(newest.x) and (newest.came == came).all()
 
 
 @pytest.mark.parametrize("before, came", [([2.4], True), ([], False), ([math.inf], False), ([1.1], False)])
@@ -116,7 +128,8 @@ def test_what_is_heard_where_an_echo_from_farther_away_had_passed_has_come_there
     obstacles = memory()
     for number, distance in enumerate(before):
         hear(obstacles, distance, 1.0 + 0.1 * number, where=None)
-    obstacles.hear(Sensing(5.0, HERE, ()), None)
+    for number in range(50):        # other echoes, of the wall on the left
+        hear(obstacles, 1.85, 4.0 + 0.01 * number, number=0, where=None)
     for time in (5.1, 5.2, 6.9):
         places = hear(obstacles, 1.0, time, where=None)
         newest = places.chosen(places.time == time)
@@ -141,7 +154,8 @@ def test_live_are_those_that_fired_lately():
 def test_what_is_added_and_what_is_forgotten():
     obstacles = memory()
     obstacles.add(np.array([1.0]), np.array([2.0]), 3.0)
-    assert obstacles.heard().x.tolist() == [1.0] and not obstacles.heard().mapped[0]
+    places = obstacles.heard()
+    assert places.x.tolist() == [1.0] and not (places.mapped[0] or places.came[0] or places.came_up[0])
     obstacles.forget()
     assert len(obstacles.heard().x) == 0
 
