@@ -77,14 +77,13 @@ class PoseSearch:
             best, scores = _best(best, scores, KEPT_FIRST)
             yield None
         best, scores = _best(best, self._scores(best, second, coarse=True), KEPT_SECOND)
+        best, scores = self._moved(best, 16, 0.10, second, True)
         yield None
-        for spread, coarse in ((0.10, True), (0.05, False)):
-            best, scores = self._moved(best, 16, spread, second, coarse)
-            yield None
+        best, scores = self._moved(best, 16, 0.05, second, False)
         best, scores = different_places(best, scores, KEPT_THIRD)
+        yield None
         for spread in (0.04, 0.02):
             best, scores = self._moved(best, 12, spread, third, False)
-            yield None
         scores = self._scores(best, beams, coarse=False)
         best, scores = different_places(best, scores, KEPT_THIRD)
         yield Found(best, scores)

@@ -74,11 +74,11 @@ class LocalisationNumbers:
     poses_per_square_metre: float = parameter(
         150.0, Number(1.0, 10000.0), "random poses that a search begins with, for each square metre of free floor")
     least_poses: int = parameter(4000, Whole(100, 1000000), "it begins with at least so many")
-    poses_per_step: int = parameter(4000, Whole(100, 1000000), "poses that a search compares in one update")
+    poses_per_step: int = parameter(8000, Whole(100, 1000000), "poses that a search compares in one update")
     period_sure: float = parameter(6.0, Number(0.1, 1000.0), "time between two searches while the pose is sure", "s")
     period_proven: float = parameter(
         20.0, Number(0.1, 1000.0), "the same when a long way has proven it, too: misfits tell sooner", "s")
-    period_unsure: float = parameter(0.8, Number(0.1, 1000.0), "time between two searches while it is not", "s")
+    period_unsure: float = parameter(0.4, Number(0.1, 1000.0), "time between two searches while it is not", "s")
     margin: float = parameter(
         0.25, Number(0.0, 5.0), "a pose found by a search must explain each spot better than the cloud by this (a spot"
         " is a square in which readings end, see `measurement.SPOT`)")
