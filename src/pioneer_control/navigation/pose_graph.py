@@ -111,7 +111,12 @@ class PoseGraph:
     def _step(self, first: Array, second: Array, measured: Array, root: Array, by_bias: Array, doubted: Array) -> None:
         """Make one step of Gauss-Newton."""
         error, blocks = self._linear(first, second, measured, root, by_bias)
-        weight = np.where(doubted, 1.0 / (1.0 + (error ** 2).sum(axis=1) / self._doubt ** 2), 1.0) ** 0.5
+        node, off, walls_weight = self._square()
+        # A stretch is found on what its neighbours drew, and errs as they do: it confirms a bend that is not there, and
+        # an error of the wheels that they do not have. Where no walls hold the headings, odometry is trusted more.
+        few = len(self._walls) < self._wall_numbers.least_walls
+        trust = 1.0 if few or len(node) else self._wall_numbers.ties_alone
+        weight = np.where(doubted, trust / (1.0 + (error ** 2).sum(axis=1) / self._doubt ** 2), 1.0) ** 0.5
         blocks *= weight[:, None, None, None]
         error *= weight[:, None]
         bias = np.array(self.bias)
@@ -119,7 +124,6 @@ class PoseGraph:
         place = np.stack((3 * first, 3 * second, np.full(len(first), shared)), axis=1)
         row = np.broadcast_to((3 * np.arange(len(first)))[:, None, None, None] + np.arange(3)[:, None], blocks.shape)
         column = np.broadcast_to(place[:, :, None, None] + np.arange(3), blocks.shape)
-        node, off, walls_weight = self._square()
         # Below these the bias that is expected; the walls; and the direction that these face, which may be any.
         held = 3 * len(first) + np.arange(_SHARED)
         walls_row = held[-1] + 1 + np.arange(len(node))

@@ -332,8 +332,10 @@ class WallNumbers:
     least_walls: int = parameter(5, Whole(2, 100), "fewer walls do not tell whether walls are square to each other")
     square: float = parameter(0.07, Number(0.01, 0.3), "walls are taken as square when they are off by less", "rad")
     share: float = parameter(
-        0.7, Number(0.3, 1.1), "share of all walls that must be square, or none is held so; above 1: none ever is")
+        0.5, Number(0.3, 1.1), "share of all walls that must be square, or none is held so; above 1: none ever is")
     slack: float = parameter(0.02, Number(0.001, 0.2), "added to the deviation of a wall's direction", "rad")
+    ties_alone: float = parameter(
+        0.04, Number(0.001, 1.0), "weight of the places at which stretches were found while no walls are held square")
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,17 @@ import pytest
 
 from pioneer_control.floor_poses import Pose, compose, relative
 from pioneer_control.navigation.pose_graph import Between, PoseGraph
+from pioneer_control.navigation.tuned import WallNumbers
 from pioneer_control.navigation.wall_directions import WallDirection
 
 NONE = np.zeros((3, 3))
+TRUSTING = WallNumbers(ties_alone=1.0)
+"""Places that were found count in full, also where no walls are held square."""
 
 
 def square(bend=0.0, by_bias=NONE):
     """A way round a square, 8 steps of 1 m; odometry turns too far by `bend` (rad) each."""
-    truth, graph = [Pose(0.0, 0.0, 0.0)], PoseGraph(Pose(0.0, 0.0, 0.0), (0.1, 0.1, 0.1), 3.0)
+    truth, graph = [Pose(0.0, 0.0, 0.0)], PoseGraph(Pose(0.0, 0.0, 0.0), (0.1, 0.1, 0.1), 3.0, TRUSTING)
     for number in range(8):
         step = Pose(1.0, 0.0, math.pi / 2 if number % 2 else 0.0)
         truth.append(compose(truth[-1], step))
@@ -103,6 +106,38 @@ def test_walls_that_are_square_keep_a_way_straight():
             graph.solve(2)
     assert abs(plain.poses[-1, 1]) > 2.0
     assert abs(held.poses[-1, 1]) < 0.3
+
+
+def slanting(node):
+    """Walls that face anywhere, one at each node."""
+    return [WallDirection(0.7 * node * node, 0.01)]
+
+
+def bent_by_ties(walls, numbers):
+    """Return how far (rad) a straight way is bent by ties to neighbours that all err alike; odometry does not."""
+    step, wrong = Pose(1.0, 0.0, 0.0), Pose(2.0, 0.0, 0.08)
+    by_veer = np.zeros((3, 3))
+    by_veer[2, 2] = 1.0
+    graph = PoseGraph(Pose(0.0, 0.0, 0.0), (0.03, 0.05, 0.012), 3.0, numbers)
+    for number in range(12):
+        graph.set_walls(number, walls(number))
+        graph.add_node(compose(graph.pose(number), step))
+        graph.add(Between(number, number + 1, step, np.diag((150.0, 150.0, 150.0)), by_veer, False))
+        if number:
+            graph.add(Between(number - 1, number + 1, wrong, np.diag((50.0, 50.0, 50.0)), NONE, True))
+    graph.solve(10)
+    return abs(graph.pose(12).heading)
+
+
+def test_where_no_walls_hold_the_headings_odometry_is_trusted_more():
+    plain = bent_by_ties(slanting, TRUSTING)
+    assert plain > 0.2
+    assert bent_by_ties(slanting, WallNumbers()) < 0.3 * plain
+
+
+@pytest.mark.parametrize("walls", [lambda node: WALLS, lambda node: slanting(node) if node < 4 else []])
+def test_where_walls_hold_them_or_are_too_few_to_tell_a_place_that_was_found_counts_in_full(walls):
+    assert bent_by_ties(walls, WallNumbers()) == pytest.approx(bent_by_ties(walls, TRUSTING))
 
 
 def test_walls_that_are_not_square_change_nothing():
