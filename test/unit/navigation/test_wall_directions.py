@@ -112,7 +112,7 @@ def test_walls_that_are_square_say_how_far_each_is_off():
     [0.0, 15.0, 30.0, 45.0, 60.0, 75.0],
     [],
 ])
-def test_walls_are_held_square_only_where_most_of_many_are(degrees):
+def test_walls_are_held_square_only_where_half_of_many_are(degrees):
     assert squared(degrees) is None
 
 
