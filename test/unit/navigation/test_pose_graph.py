@@ -135,7 +135,8 @@ def test_where_no_walls_hold_the_headings_odometry_is_trusted_more():
     assert bent_by_ties(slanting, WallNumbers()) < 0.3 * plain
 
 
-@pytest.mark.parametrize("walls", [lambda node: WALLS, lambda node: slanting(node) if node < 4 else []])
+@pytest.mark.parametrize("walls", [lambda node: WALLS, lambda node: slanting(node) if node < 4 else []],
+                         ids=["square", "few"])
 def test_where_walls_hold_them_or_are_too_few_to_tell_a_place_that_was_found_counts_in_full(walls):
     assert bent_by_ties(walls, WallNumbers()) == pytest.approx(bent_by_ties(walls, TRUSTING))
 
