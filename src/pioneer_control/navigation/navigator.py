@@ -102,7 +102,7 @@ class Decision(NamedTuple):
 
 def kind_of(reason: str) -> str:
     """Return a reason up to its first number: it stays the same while the robot does the same."""
-    return re.split("[0-9]", reason, 1)[0]
+    return re.split("[0-9]", reason, maxsplit=1)[0]
 
 
 class Accelerations(NamedTuple):
