@@ -60,7 +60,7 @@ def test_square_walls_tell_the_heading():
     sensings, truth = rounds(0.02, 1, 8)
     off = {}
     for share in (1.1, 0.7):
-        mapper = Mapper(SONAR, pose=truth[0], wall_numbers=WallNumbers(share=share, slack=0.01))
+        mapper = Mapper(SONAR, pose=truth[0], wall_numbers=WallNumbers(share=share, slack=0.01, ties_alone=1.0))
         own = [mapper.update(sensing) for sensing in sensings]
         off[share] = worst(own[len(own) // 2:], truth[len(own) // 2:])
     assert off[0.7] < 0.2 * off[1.1], "it drives the room round only once"
