@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import select
 import signal
 import socket
 import subprocess
@@ -244,6 +245,20 @@ def test_a_tcp_client_that_does_not_read_loses_the_oldest_and_finds_whole_packet
         assert 100 < heard < len(said)
         assert not any(isinstance(packet, (p2os.MalformedPacket, p2os.UnknownPacket)) for packet in computer.packets)
         assert computer.packets[-2] == newest
+
+
+def test_what_a_tcp_client_sent_before_it_closed_is_read_also_after_a_write_failed():
+    with contextlib.closing(TcpLine(0)) as line:
+        with contextlib.closing(dial(line)) as client:
+            until(lambda: line.read(False) or line.client, "connection")
+            client.sendall(b"bye")
+        poll = select.poll()
+        poll.register(line.client, select.POLLIN)
+        line.write(b"a packet")     # nobody is there to take it, so the client's computer answers with a reset
+        until(lambda: any(event & select.POLLERR for _, event in poll.poll(0)), "the reset")
+        line.write(b"another packet")
+        assert line.read(False) == b"bye"
+        assert (line.read(False), line.client) == (b"", None)
 
 
 def test_a_terminal_that_nobody_reads_keeps_the_newest(tmp_path):

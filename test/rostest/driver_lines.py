@@ -103,7 +103,8 @@ class Driver:
         arguments = ["_%s:=%s" % item for item in parameters.items()]
         self.process = subprocess.Popen(
             [os.path.join(NODES, program), "__ns:=" + namespace] + arguments,
-            env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
+            env=dict(environment or os.environ, PYTHONFAULTHANDLER="1"),
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
         self.printed, self._changed = "", threading.Condition()
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
@@ -122,9 +123,18 @@ class Driver:
     def end(self, how=signal.SIGINT):
         if self.process.poll() is None:
             self.process.send_signal(how)
-        code = self.process.wait(PATIENCE)
-        self._reader.join(PATIENCE)
-        return code
+        return self.exit_code()
+
+    def exit_code(self):
+        """Wait for the end, and return the exit code. A process that does not end tells where each thread hangs."""
+        try:
+            return self.process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            self.process.send_signal(signal.SIGABRT)
+            self._reader.join(PATIENCE)
+            raise AssertionError("not ended within %.0f s:\n%s" % (PATIENCE, self.printed)) from None
+        finally:
+            self._reader.join(PATIENCE)
 
 
 class Master:
@@ -404,7 +414,7 @@ class DriverLines(unittest.TestCase):
         with self.commanding(0.2):
             self.until("it drives", lambda: firmware.velocity[0] > 0.15)
             end(driver)
-        self.assertEqual(driver.process.wait(PATIENCE), 0, driver.printed)
+        self.assertEqual(driver.exit_code(), 0, driver.printed)
         self.until("the session is closed", lambda: firmware.session is FirmwareState.WAITING)
         self.assertFalse(firmware.motors_enabled)
         self.assertIn("CLOSE", [name for _, name, _ in firmware.heard])
@@ -568,7 +578,7 @@ class DriverLines(unittest.TestCase):
                 master.mend()
         for answers, _, node, question in running:
             said = "at %s, answers %s:\n%s" % (question, answers, node.printed)
-            self.assertEqual(node.process.wait(PATIENCE), 0, said)
+            self.assertEqual(node.exit_code(), 0, said)
             node.end()
             self.assertNotIn("Traceback", node.printed, said)
             # The master still knows these nodes. It would go on to ask their ports, soon perhaps of another program.
@@ -668,7 +678,7 @@ class DriverLines(unittest.TestCase):
         firmware, server = self.robot()
         firmware.model = type(firmware.model)(**dict(vars(firmware.model), subtype="p3dz"))
         driver = self.driver(server.url)
-        self.assertEqual(driver.process.wait(PATIENCE), 1)
+        self.assertEqual(driver.exit_code(), 1)
         driver.end()
         self.assertIn("unknown robot model 'p3dz' (near: p3dx", driver.printed)
         self.assertFalse(firmware.motors_enabled)

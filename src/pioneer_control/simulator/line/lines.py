@@ -152,7 +152,10 @@ class TcpLine(_Line):
         return b"" if busy else data or b""
 
     def write(self, data: bytes) -> None:
-        """Send bytes to the client, if there is one. Bytes that it does not read in time are lost, oldest first."""
+        """Send bytes to the client, if there is one. Bytes that it does not read in time are lost, oldest first.
+
+        A client that has disconnected is dismissed by `read`, after its last bytes: they may be a CLOSE.
+        """
         if self.client is None:
             return
         self._unsent.append(data)
@@ -164,9 +167,9 @@ class TcpLine(_Line):
                 if not self._unsent[0]:
                     self._unsent.popleft()
         except BlockingIOError:
-            return
-        except OSError:
-            self._dismiss()
+            pass
+        except OSError:     # it has disconnected
+            self._unsent.clear()
 
     def close(self) -> None:
         """Disconnect the client and close the port. New connections are then refused."""
