@@ -10,7 +10,7 @@ there sound goes through an arc where nothing is, and the end of the map behind 
 
 import math
 from dataclasses import replace
-from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Generator, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 from scipy.ndimage import binary_dilation, distance_transform_edt, label, uniform_filter
@@ -32,6 +32,10 @@ _WAY_SPARED = 1.0
 """The way (m) to the place from which an end of the map is seen is at most so much shorter than that to the end."""
 _STANDPOINTS = 6
 """Places before an end of the map that are looked at to find one from which it can be seen."""
+
+
+Choosing = Generator[None, None, "NextGoal"]
+"""A choice in steps, one for each packet: all at once take too long in a large hall. It returns the goal."""
 
 
 class NextGoal(NamedTuple):
@@ -95,12 +99,13 @@ class Explorer:
         self._looks = 0
         self._tries_again = True
         self._attempt: Optional[_Attempt] = None
+        self._choosing: Optional[Choosing] = None
         self.homeward = False
         """Whether the present goal is home."""
 
     def next(self, grid_map: GridMap, pose: Pose, time: float, path: Optional[Array] = None) -> Optional[NextGoal]:
-        """Return where to go now; None: ask once more in the next packet, for to choose twice takes too long for one.
-        Ask again when it is there, when it failed, or when it `is_over`.
+        """Return where to go now; None: it is not chosen yet, ask once more in the next packet. The map and the place
+        at the begin of a choice count. Ask again when the robot is there, when it failed, or when it `is_over`.
 
         Args:
             grid_map: the map.
@@ -108,14 +113,18 @@ class Explorer:
             time: the time (s).
             path: x, y (m, map frame) where it has been, array (n, 2); None: no wall is doubted.
         """
-        doubts = path is not None and len(self._looked) < self._numbers.most_doubts
-        goal = self._next(grid_map, pose, Doubt(path, self._looked) if doubts else None)
-        self._attempt = None
-        if goal is not None:
-            self._attempt = _Attempt(goal, pose, time)
+        if self._choosing is None:
+            doubts = path is not None and len(self._looked) < self._numbers.most_doubts
+            self._choosing = self._choose(grid_map, pose, Doubt(path, self._looked) if doubts else None)
+        try:
+            next(self._choosing)
+        except StopIteration as chosen:
+            goal: NextGoal = chosen.value
+            self._choosing, self._attempt = None, _Attempt(goal, pose, time)
             if goal.end is not None:
                 (self._looked if goal.doubts else self._tried).append(goal.end)
-        return goal
+            return goal
+        return None
 
     def is_over(self, pose: Pose, time: float, grid_map: Optional[GridMap] = None) -> bool:
         """Return whether it is not worth while to drive on to the present goal: the end of the map is known meanwhile,
@@ -148,7 +157,7 @@ class Explorer:
         if self._attempt is not None:
             self._attempt.began = self._attempt.moved_at = time
 
-    def _next(self, grid_map: GridMap, pose: Pose, doubt: Optional[Doubt]) -> Optional[NextGoal]:
+    def _choose(self, grid_map: GridMap, pose: Pose, doubt: Optional[Doubt]) -> Choosing:
         if self._looks < _LOOKS:
             self._looks += 1
             turned = wrapped(pose.heading + 2.0 * math.pi / _LOOKS)
@@ -161,12 +170,13 @@ class Explorer:
                 looks = math.atan2(y - pose.y, x - pose.x)
                 return NextGoal(Pose(pose.x, pose.y, looks), "to look at the end of the map", True, before.end)
             self._given_up.append(before.end)
-        goal = next_goal(grid_map, pose, self._radius, self._left_alone(), self._numbers, doubt)
+        goal = yield from next_goal(grid_map, pose, self._radius, self._left_alone(), self._numbers, doubt)
         if goal.pose is None and self._tries_again:
             # The map is better now, and it comes from elsewhere: what was given up gets one more chance. The walls of
             # the map may make a doorway narrower than it is.
             self._tries_again, self._given_up, self._tried, self._radius = False, [], [], self._narrow
-            return None
+            yield
+            goal = yield from next_goal(grid_map, pose, self._radius, (), self._numbers, doubt)
         self.homeward = goal.pose is None
         return NextGoal(self._home, goal.reason + ": home", True) if self.homeward else goal
 
@@ -225,7 +235,7 @@ class _ExploredFloor(NamedTuple):
 
 
 def next_goal(grid_map: GridMap, pose: Pose, radius: float, given_up: Sequence[Point] = (),
-              numbers: ExploringNumbers = ExploringNumbers(), doubt: Optional[Doubt] = None) -> NextGoal:
+              numbers: ExploringNumbers = ExploringNumbers(), doubt: Optional[Doubt] = None) -> Choosing:
     """Choose the end of the map that is worth its way most; when there is none, a wall that is doubted.
 
     Args:
@@ -237,15 +247,17 @@ def next_goal(grid_map: GridMap, pose: Pose, radius: float, given_up: Sequence[P
         doubt: which walls are doubted; None: none.
 
     Returns:
-        A pose on known floor before the end of the map, looking at it; or no pose, and why.
+        In steps: a pose on known floor before the end of the map, looking at it; or no pose, and why.
     """
     floor = _floor(grid_map, pose, radius, numbers)
     if not floor.reached.any():
         return NextGoal(None, "no known floor with room for the robot is near it")
+    yield
     ends, alone = _ends(floor, given_up, numbers)
     if len(ends):
         return _best(floor, ends, pose, radius, numbers)
     if doubt is not None:
+        yield
         doubted = _doubted(floor, doubt.path, radius, numbers)
         walls, _ = _ends(doubted, doubt.looked, replace(numbers, least_width=numbers.doubted_width))
         if len(walls):

@@ -7,7 +7,8 @@ import pytest
 
 from pioneer_control.floor_poses import Pose
 from pioneer_control.maps import FREE, OCCUPIED, UNKNOWN, GridMap
-from pioneer_control.navigation.exploring import Doubt, Explorer, next_goal, with_driven_floor
+from pioneer_control.navigation import exploring
+from pioneer_control.navigation.exploring import Doubt, Explorer, with_driven_floor
 from pioneer_control.navigation.tuned import ExploringNumbers
 
 HERE = Pose(1.0, 1.0, 0.0)
@@ -15,8 +16,31 @@ RADIUS = 0.25
 
 
 def chosen(explorer, *asked):
-    """Return the next goal. To choose it may take two packets."""
-    return explorer.next(*asked) or explorer.next(*asked)
+    """Return the next goal. To choose it takes some packets."""
+    goal = None
+    while goal is None:
+        goal = explorer.next(*asked)
+    return goal
+
+
+def next_goal(*asked, **options):
+    """Return the goal that is chosen."""
+    choosing = exploring.next_goal(*asked, **options)
+    with pytest.raises(StopIteration) as end:
+        while True:
+            next(choosing)
+    return end.value.value
+
+
+def driven(until):
+    """The path of a robot that drove up and down the room, as far as this x (m): it never was near to the right wall
+    when it is less than 2.7.
+    """
+    x = np.linspace(1.0, until, 50)
+    return np.concatenate((np.stack((x, np.full(50, 0.5)), axis=1), np.stack((x, np.full(50, 1.5)), axis=1)))
+
+
+NOT_RIGHT = driven(2.7)
 
 
 def floor(*gaps):
@@ -182,8 +206,7 @@ def test_before_it_gives_up_it_turns_to_look():
     look = chosen(explorer, floor((0.5, 1.5)), there, 30.0)
     assert look.with_heading and look.pose[:2] == there[:2] and look.end == goal.end
     assert abs(look.pose.heading) < 0.5
-    assert explorer.next(floor((0.5, 1.5)), there, 40.0) is None, "to choose twice takes too long for one packet"
-    again = explorer.next(floor((0.5, 1.5)), there, 40.1)
+    again = chosen(explorer, floor((0.5, 1.5)), there, 40.0)
     assert not again.with_heading and not explorer.homeward, "a second chance begins anew"
 
 
@@ -244,6 +267,32 @@ def test_first_it_looks_round():
     assert not chosen(explorer, floor((0.5, 1.5)), HERE, 0.0).with_heading
 
 
+def that_has_looked_round():
+    explorer = Explorer(Pose(2.0, 1.0, 0.5), RADIUS)
+    for _ in range(3):
+        chosen(explorer, floor(), HERE, 0.0)
+    return explorer
+
+
+@pytest.mark.parametrize("found, path, steps", [
+    (floor((0.5, 1.5)), None, ["the floor", "the ends of the map"]),
+    (floor(), NOT_RIGHT, ["the floor", "the ends of the map", "the walls that are doubted"]),
+    (floor(), None, ["the floor", "the ends of the map", "the floor once more", "the ends once more"]),
+])
+def test_each_costly_step_of_a_choice_has_a_packet_of_its_own(found, path, steps):
+    explorer = that_has_looked_round()
+    packets = 1
+    while explorer.next(found, HERE, 10.0, path) is None:
+        packets += 1
+    assert packets == len(steps)
+
+
+def test_a_choice_is_made_on_the_map_with_which_it_began():
+    explorer = that_has_looked_round()
+    assert explorer.next(floor((0.9, 1.9)), HERE, 10.0) is None
+    assert explorer.next(floor((0.1, 1.1)), HERE, 10.1).end[1] > 1.1
+
+
 def test_after_all_it_goes_home():
     explorer, _ = on_its_way()
     assert not explorer.homeward
@@ -253,17 +302,6 @@ def test_after_all_it_goes_home():
     assert explorer.homeward
     assert last.pose == Pose(2.0, 1.0, 0.5)
     assert last.reason.endswith(": home")
-
-
-def driven(until):
-    """The path of a robot that drove up and down the room, as far as this x (m): it never was near to the right wall
-    when it is less than 2.7.
-    """
-    x = np.linspace(1.0, until, 50)
-    return np.concatenate((np.stack((x, np.full(50, 0.5)), axis=1), np.stack((x, np.full(50, 1.5)), axis=1)))
-
-
-NOT_RIGHT = driven(2.7)
 
 
 def test_a_wall_that_was_heard_from_afar_is_looked_at_from_near_when_no_end_is_left():
