@@ -21,6 +21,7 @@ from simulated_robot import SimulatedRobot
 
 from pioneer_control.floor_poses import Pose
 from pioneer_control.maps import FREE, GridMap
+from pioneer_control.navigation.frames import into
 from pioneer_control.navigation.navigator import Readiness
 from pioneer_control.navigation.pilot import Pilot
 from pioneer_control.simulator.world.grids import flood
@@ -35,7 +36,7 @@ class Exploration(NamedTuple):
     seed: int
     world: str
     model: str
-    known: float  #: share of the reachable floor
+    known: float  #: share of the reachable floor, the map laid on the true one
     home: bool
     seconds: float
     way: float  #: m
@@ -79,14 +80,15 @@ def explored(options: argparse.Namespace, seed: int) -> Exploration:
     pilot.finish()
     grid_map, end = pilot.grid, drive.poses[-1]
     worst = farthest_off(own, drive.poses)
-    found = float(walls_found(drive, grid_map, laid(own, drive.poses)).mean())
+    motion = laid(own, drive.poses)
+    found = float(walls_found(drive, grid_map, motion).mean())
     if options.picture:
         os.makedirs(options.picture, exist_ok=True)
         run = MapRun("explored", seed, found, found, free_right(drive, grid_map), worst, worst, 0.0, 0.0)
         draw(drive, [(run, grid_map, own)], os.path.join(options.picture, "explore-%d.png" % seed))
     way = sum(off(a, b) for a, b in zip(drive.poses, drive.poses[1:]))
     return Exploration(
-        seed, its.world.name, its.setup.model, known_share(drive, grid_map, home, chassis.half_width + ROOM),
+        seed, its.world.name, its.setup.model, known_share(drive, grid_map, motion, home, chassis.half_width + ROOM),
         off(end, home) < HOME, step.time, way, goals, robot.firmware.contacts, worst, found,
         float(np.mean(costs)), max(costs), "%s: %s" % (step.state.value, step.reason))
 
@@ -96,14 +98,15 @@ def off(one: Pose, other: Pose) -> float:
     return math.hypot(one.x - other.x, one.y - other.y)
 
 
-def known_share(drive: Drive, grid_map: GridMap, home: Pose, radius: float) -> float:
-    """Return the share of the reachable floor that the map has as free."""
+def known_share(drive: Drive, grid_map: GridMap, motion: Pose, home: Pose, radius: float) -> float:
+    """Return the share of the reachable floor that the map has as free when a motion lays it on the true one."""
     low_x, low_y, high_x, high_y = drive.case.world.bounds
     column_x, row_y = np.arange(low_x, high_x, 0.05), np.arange(low_y, high_y, 0.05)
     floor = drive.case.world.clearances(column_x, row_y, 1.0) > radius
     start = np.hypot(column_x - home.x, row_y[:, None] - home.y) < 0.1
     rows, columns = np.nonzero(flood(start, floor))
-    return float((grid_map.at(column_x[columns], row_y[rows]) == FREE).mean()) if len(rows) else 0.0
+    x, y = into(motion, column_x[columns], row_y[rows])
+    return float((grid_map.at(x, y) == FREE).mean()) if len(rows) else 0.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

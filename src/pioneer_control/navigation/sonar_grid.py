@@ -104,8 +104,12 @@ class SonarGrid:
         away = (used / step).astype(np.float32)
         column = (at_x[:, None, None] + cosine[:, :, None] * away).astype(np.int32)
         row = (at_y[:, None, None] + sine[:, :, None] * away).astype(np.int32)
-        cell = row * shape[1] + column
-        hides = (odds > numbers.hides)[cell]
+        rows = row * shape[1]
+        cell = rows + column
+        sure = odds > numbers.hides
+        hides = sure[cell]
+        # A step to a cell that only touches the last one at a corner passes two more: one of them may be the wall.
+        hides[:, :, 1:] |= sure[rows[:, :, 1:] + column[:, :, :-1]] | sure[rows[:, :, :-1] + column[:, :, 1:]]
         hidden = np.where(hides.any(axis=2), hides.argmax(axis=2), len(used))
         ends = np.minimum(np.searchsorted(used, until, side="right")[:, None], hidden)
         counts = np.arange(len(used)) < ends[:, :, None]

@@ -293,7 +293,7 @@ class MapNumbers:
     short_of: float = parameter(0.12, Number(0.0, 0.3), "free only up to this before the echo", "m")
     wall: float = parameter(0.4, Number(0.05, 3.0), "log-odds from which a cell is occupied")
     floor: float = parameter(-0.8, Number(-3.0, -0.05), "log-odds up to which a cell is free")
-    hides: float = parameter(0.5, Number(0.1, 5.0), "log-odds from which nothing behind a cell is freed")
+    hides: float = parameter(0.3, Number(0.1, 5.0), "log-odds from which nothing behind a cell is freed")
     certain: float = parameter(6.0, Number(0.5, 10.0), "greatest odds, as a logarithm, that count in sharing an echo")
 
 

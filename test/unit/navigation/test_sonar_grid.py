@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pioneer_control.maps import FREE, OCCUPIED, UNKNOWN
-from pioneer_control.navigation.sonar_grid import SonarBeams, SonarGrid
+from pioneer_control.navigation.sonar_grid import SonarBeams, SonarGrid, Votes
 from pioneer_control.navigation.tuned import MapNumbers
 
 
@@ -42,6 +42,19 @@ def test_nothing_is_freed_behind_a_wall():
     assert behind.at(1.03, 0.03) == OCCUPIED
     assert behind.at(1.6, 0.0) == UNKNOWN
     assert filled(SonarGrid(MapNumbers()), (0.0, 0.0, 0.0, 2.2), times=30).at(1.6, 0.0) == FREE
+
+
+@pytest.mark.parametrize("aside", [0.0, 0.02, 0.04])
+def test_no_sound_slips_between_two_cells_of_a_slanting_wall(aside):
+    """The cells of a wall that slants by 45 degrees touch each other at their corners alone."""
+    grid = SonarGrid(MapNumbers())
+    numbers = np.arange(-12, 13)
+    wall = np.zeros((25, 25), np.float32)
+    wall[numbers + 12, numbers + 12] = 3.0
+    grid.add(Votes(-12, 8, np.zeros_like(wall), wall))
+    beyond = filled(grid, (0.0, 1.0 + aside, -math.pi / 4.0, 2.2), times=30)
+    x, y = beyond.middle(*np.nonzero(beyond.cells == FREE))
+    assert len(x) and (y - x > -1.0 - 0.01).all()
 
 
 def test_votes_can_be_taken_out_again():
