@@ -72,7 +72,7 @@ def wall_directions(beams: SonarBeams, numbers: WallNumbers) -> List[WallDirecti
 
 
 def square_walls(headings: Array, deviations: Array, numbers: WallNumbers) -> Optional[SquareWalls]:
-    """Return the walls that are square to each other, or None where these are too small a share of all walls.
+    """Return the walls that are square to each other, or None where these are too few or too small a share of all walls.
 
     Args:
         headings: where the walls face (rad), all in one frame.
@@ -90,6 +90,8 @@ def square_walls(headings: Array, deviations: Array, numbers: WallNumbers) -> Op
     off = _off_square(headings - headings[best])
     off = _off_square(off - np.average(off[agree[best]], weights=weights[agree[best]]))
     which = np.abs(off) < numbers.square
+    if which.sum() < numbers.least_walls:
+        return None
     return SquareWalls(which, off[which], np.sqrt(weights[which]))
 
 

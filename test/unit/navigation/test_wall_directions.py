@@ -108,7 +108,8 @@ def test_walls_that_are_square_say_how_far_each_is_off():
 
 @pytest.mark.parametrize("degrees", [
     [0.0, 90.0, 180.0, 270.0],                      # too few
-    [0.0, 90.0, 180.0, 20.0, 35.0, 50.0, 65.0],     # three of seven
+    [0.0, 90.0, 180.0, 270.0, 40.0],                # too few of these are square
+    [0.0, 90.0, 180.0, 270.0, 0.0, 10.0, 20.0, 30.0, 40.0, 55.0, 70.0],     # five of eleven
     [0.0, 15.0, 30.0, 45.0, 60.0, 75.0],
     [],
 ])
@@ -118,7 +119,16 @@ def test_walls_are_held_square_only_where_half_of_many_are(degrees):
 
 def test_half_of_the_walls_is_enough():
     """The others may face anywhere, as tables and crosses in a classroom do."""
-    assert squared([0.0, 90.0, 180.0, 20.0, 40.0, 65.0]).which.tolist() == [True] * 3 + [False] * 3
+    found = squared([0.0, 90.0, 180.0, 270.0, 0.0, 15.0, 30.0, 45.0, 60.0, 75.0])
+    assert found.which.tolist() == [True] * 5 + [False] * 5
+
+
+@pytest.mark.parametrize("count", [5, 6, 7, 8, 10, 12])
+def test_walls_that_face_anywhere_are_seldom_square_by_chance(count):
+    luck = np.random.default_rng(count)
+    by_chance = [square_walls(luck.uniform(0.0, 2.0 * math.pi, count), luck.uniform(0.01, 0.03, count), NUMBERS)
+                 for _ in range(300)]
+    assert sum(each is not None for each in by_chance) < 9
 
 
 def test_a_wall_that_is_less_sure_counts_less():
