@@ -112,7 +112,7 @@ def known_share(drive: Drive, grid_map: GridMap, motion: Pose, home: Pose, radiu
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of this part."""
     parser.add_argument("--seeds", default="1000-1011", help="first-last (default: %(default)s)")
-    parser.add_argument("--minutes", type=float, default=30.0, help="at most (default: %(default)s)")
+    parser.add_argument("--minutes", type=float, default=60.0, help="at most (default: %(default)s)")
     parser.add_argument("--gripper", action="store_true", help="robots that can carry a gripper have one")
     parser.add_argument("--specular", type=float, default=40.0, help="slant (deg) that loses walls (%(default)s)")
     parser.add_argument("--processes", type=int, default=2)

@@ -15,10 +15,10 @@ from std_srvs.srv import SetBool
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
-from pioneer_control.msg import Navigation
+from pioneer_control.msg import Navigation, Places
 from witness import PATIENCE, Witness
 
-TRUTH, NAVIGATION = "pioneer/ground_truth", "pioneer/navigation"
+TRUTH, NAVIGATION, PLACES = "pioneer/ground_truth", "pioneer/navigation", "pioneer/places"
 PROGRAM = """
 import math
 
@@ -37,7 +37,7 @@ class Travel(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.witness = Witness({TRUTH: Odometry, NAVIGATION: Navigation})
+        cls.witness = Witness({TRUTH: Odometry, NAVIGATION: Navigation, PLACES: Places})
         cls.witness.last(TRUTH)
         cls.witness.last(NAVIGATION)
         rospy.wait_for_service("pioneer/explore", PATIENCE)
@@ -76,6 +76,7 @@ class Travel(unittest.TestCase):
         self.assertEqual({each.state for each in self.witness.seen[NAVIGATION][-5:]}, {"idle"})
 
     def test_1_ctrl_c_ends_exploring(self):
+        self.assertEqual(self.witness.last(PLACES).names, [])
         program = self.start("robot.explore()")
         program.send_signal(signal.SIGINT)
         self.ends_and_the_robot_stands(program)
@@ -102,6 +103,13 @@ class Travel(unittest.TestCase):
         self.assertEqual(program.returncode, 0, output)
         self.assertIn("somebody ended it", output)
         self.assertIn("got False", output)
+
+    def test_6_home_is_where_exploring_began_first(self):
+        """The robot has driven since, and begun anew."""
+        self.assertTrue(self.explore(True).success)
+        places = self.witness.last(PLACES)
+        self.assertEqual(places.names, ["home"])
+        self.assertLess(abs(places.poses[0].x) + abs(places.poses[0].y) + abs(places.poses[0].theta), 0.05)
 
 
 if __name__ == "__main__":

@@ -14,6 +14,9 @@ from ...parameters import nearest
 from ...srv import SavePlaceResponse
 from .messages import check_on_map, header_of, pose2d
 
+HOME = "home"
+"""The name of the place where exploring begins, as of the start on a map of the simulator."""
+
 
 class PlaceKeeper:
     """The named places of one map.
@@ -39,6 +42,13 @@ class PlaceKeeper:
             raise UsageError("no place is named %r; %sknown: %s" % (
                 name, "did you mean %r? " % near if near else "", self._known()))
         return self.places[name]
+
+    def name_home(self, pose: Pose) -> None:
+        """Name the place where exploring begins, if the map has no home yet: this robot comes back there, and others may.
+        """
+        if HOME not in self.places:
+            self.places = dict(self.places, **{HOME: pose})
+            self._tell()
 
     def _known(self) -> str:
         return ", ".join(map(repr, self.places)) or "none; the service save_place names one"
