@@ -329,7 +329,7 @@ class WallNumbers:
         0.3, Number(0.0, 10.0), "what is bent more is no wall: 0 is straight, 1 is one point, as a post or an edge")
     stretches: int = parameter(3, Whole(1, 10), "stretches of path that tell of a wall together")
     most: int = parameter(3, Whole(1, 10), "walls that are looked for in these")
-    least_walls: int = parameter(5, Whole(2, 100), "walls that must be square, or none is held so: few may be by chance")
+    least_walls: int = parameter(5, Whole(2, 100), "walls that must be square, or none is: few may be by chance")
     square: float = parameter(0.07, Number(0.01, 0.3), "walls are taken as square when they are off by less", "rad")
     share: float = parameter(
         0.5, Number(0.3, 1.1), "share of all walls that must be square, or none is held so; above 1: none ever is")

@@ -72,7 +72,7 @@ def wall_directions(beams: SonarBeams, numbers: WallNumbers) -> List[WallDirecti
 
 
 def square_walls(headings: Array, deviations: Array, numbers: WallNumbers) -> Optional[SquareWalls]:
-    """Return the walls that are square to each other, or None where these are too few or too small a share of all walls.
+    """Return the walls that are square to each other, or None where these are too few, or too few of all walls.
 
     Args:
         headings: where the walls face (rad), all in one frame.
