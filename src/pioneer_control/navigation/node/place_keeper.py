@@ -44,8 +44,7 @@ class PlaceKeeper:
         return self.places[name]
 
     def name_home(self, pose: Pose) -> None:
-        """Name the place where exploring begins, if the map has no home yet: this robot comes back there, and others may.
-        """
+        """Name the place where exploring begins, if the map has no home yet."""
         if HOME not in self.places:
             self.places = dict(self.places, **{HOME: pose})
             self._tell()
