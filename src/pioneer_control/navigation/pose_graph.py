@@ -2,8 +2,9 @@
 
 It also estimates the lasting errors of the wheels: what odometry measured between two poses depends on these. Solved by
 Gauss-Newton with sparse matrices. A measurement that disagrees with all others counts little (Cauchy's weight). Where
-half of the walls that were heard, or more, are square to each other, the nodes are turned so that these walls face one
-way, or square to it; which way that is, is one more unknown. Where they are not, doubted measurements count less.
+five of the walls that were heard, and half of all, are square to each other, the nodes are turned so that these walls
+face one way, or square to it; which way that is, is one more unknown. Where they are not, doubted measurements count
+less.
 """
 
 from typing import Any, NamedTuple, Sequence, Tuple

@@ -352,7 +352,8 @@ class NavigationNode:
         if request.data:
             self._sent_at = monotonic()
             self._goals.dropped("the robot explores")
-            self._keeper.name_home(self._here())
+            if not explored:
+                self._keeper.name_home(self._here())
             return SetBoolResponse(True, "exploring" + self._when_motors_are_on())
         if explored:
             self._stand()
