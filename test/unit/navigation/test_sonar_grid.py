@@ -57,6 +57,16 @@ def test_no_sound_slips_between_two_cells_of_a_slanting_wall(aside):
     assert len(x) and (y - x > -1.0 - 0.01).all()
 
 
+@pytest.mark.parametrize("row, column", [(1, 2), (2, 1)])
+def test_sound_that_grazes_a_wall_ends_there(row, column):
+    """All of a thin beam steps from cell (1, 1) to (2, 2), past the corner of the only cell that is a wall."""
+    grid = SonarGrid(MapNumbers(half_cone=0.05))
+    thin = beams((0.025, 0.025, math.pi / 4.0, 2.2))
+    assert np.nonzero(grid.votes(thin).free)[0].max() + grid.votes(thin).row > 10
+    grid.add(Votes(row, column, np.zeros((1, 1), np.float32), np.full((1, 1), 3.0, np.float32)))
+    assert np.nonzero(grid.votes(thin).free)[0].max() + grid.votes(thin).row == 1
+
+
 def test_votes_can_be_taken_out_again():
     grid = SonarGrid(MapNumbers())
     votes = grid.votes(beams((0.0, 0.0, 1.0, 1.5), (3.0, -7.0, 2.0, math.inf)))
