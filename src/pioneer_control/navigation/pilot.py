@@ -183,7 +183,7 @@ class Pilot:
         self._home_tries = 0
         self._mapped = -NEW_MAP_EVERY
         # Each costly work has packets of its own, so that none takes long: the navigator gets a new map, it plans (so
-        # many packets more), the next goal is chosen in steps, the robot goes there. The map is corrected in all others.
+        # many packets more), the next goal is chosen in steps, the robot is sent. The map is corrected in all others.
         self._is_new, self._plans = False, 0
         self._chooses, self._refusals = False, 0
         self._chosen: Optional[NextGoal] = None
