@@ -249,7 +249,7 @@ def next_goal(grid_map: GridMap, pose: Pose, radius: float, given_up: Sequence[P
     Returns:
         In steps: a pose on known floor before the end of the map, looking at it; or no pose, and why.
     """
-    floor = _floor(grid_map, pose, radius, numbers)
+    floor = yield from _floor(grid_map, pose, radius, numbers)
     if not floor.reached.any():
         return NextGoal(None, "no known floor with room for the robot is near it")
     yield
@@ -302,12 +302,15 @@ def _way_beside(way: Array, ends: Array) -> Array:
     return np.min(beside, axis=0)
 
 
-def _floor(grid_map: GridMap, pose: Pose, radius: float, numbers: ExploringNumbers) -> _ExploredFloor:
+def _floor(grid_map: GridMap, pose: Pose, radius: float,
+           numbers: ExploringNumbers) -> Generator[None, None, _ExploredFloor]:
+    """Find what is known of the floor. In two steps: the room beside walls, then the ways."""
     cells, here = _with_room_to_stand(grid_map, pose, radius + numbers.off_floor)
     grid = GridMap(cells, grid_map.resolution, here)
     to_wall = distance_transform_edt(np.pad(cells != OCCUPIED, 1, constant_values=True))[1:-1, 1:-1] * grid.resolution \
         if (cells == OCCUPIED).any() else np.full(cells.shape, np.inf)
     room = to_wall > radius
+    yield
     way, reached = _ways(room & (cells == FREE), grid, pose, numbers.off_floor)
     open_unknown = room & (cells == UNKNOWN)
     edge = open_unknown & binary_dilation(reached, _ALL_ROUND)
