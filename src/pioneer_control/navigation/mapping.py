@@ -1,27 +1,30 @@
 """Makes a map while a robot with sonar drives, by odometry and by the map itself: `Mapper`.
 
 The path is cut into stretches of a metre. When one ends, it is looked for on the map that the others made
-(`scan_match`); the straight walls beside it tell its heading, where walls are square (`wall_directions`). What was
-found, and what odometry measured, are the measurements of a `pose_graph`; its solution moves all stretches, also old
-ones, and tells the lasting errors of the wheels. Stretches that moved are drawn anew (`sonar_grid`). All are looked for
-again and again, in turn: the first were found on a map that was still thin, and this also closes loops. The work is
-done a costly step at each packet, so that none takes long. There is no chance in it: a map made twice of the same data
-is the same.
+(`scan_match`). That map says which of them heard the same walls; where it lies relative to each of these, the walls
+say that this one drew alone. The straight walls beside it tell its heading, where walls are square
+(`wall_directions`). What was found, and what odometry measured, are the measurements of a `pose_graph`; its solution
+moves all stretches, also old ones, and tells the lasting errors of the wheels. Stretches that moved are drawn anew
+(`sonar_grid`). All are looked for again and again, in turn: the first were found on a map that was still thin, and this
+also closes loops. The work is done a costly step at each packet, so that none takes long. There is no chance in it: a
+map made twice of the same data is the same.
 """
 
 import math
-from typing import Any, Iterator, List, Optional, Sequence
+from typing import Any, Iterator, List, Optional, Sequence, Tuple
 
 import numpy as np
 
 from ..floor_poses import Pose, compose, relative, wrapped
 from ..maps import GridMap
 from ..robots import Transducer
+from .drawn_stretch import DrawnStretch
 from .frames import wrapped_angles
-from .pose_graph import Between, PoseGraph
+from .pose_graph import PoseGraph
 from .scan_match import Match, match, wall_points
 from .sonar_grid import SonarBeams, SonarGrid, Votes
 from .stretch import Ears, Stretch
+from .ties import HeardWalls, by_odometry, by_walls
 from .tuned import MapNumbers, MapperNumbers, MatchNumbers, WallNumbers
 from .values import Sensing
 from .wall_directions import wall_directions
@@ -30,7 +33,6 @@ from .wheel_motion import path as wheel_path
 
 Array = Any     # of numpy
 
-_BIAS_STEP = 1e-4
 _MARGIN = 1.0
 """Unknown floor (m) round the map, so that a robot may be sent there."""
 _DREW = 0.05
@@ -43,17 +45,6 @@ _ROUNDS = 3
 """Steps in which the graph is solved after a stretch was found."""
 _FEWEST_HITS = 3
 """Fewer readings do not tie a stretch to another."""
-
-
-class _Drawn:
-    """A stretch, and how it is drawn at present."""
-
-    def __init__(self, stretch: Stretch) -> None:
-        self.stretch = stretch
-        self.votes: List[Votes] = []
-        self.count = 0
-        self.pose = Pose(0.0, 0.0, 0.0)
-        self.beams: Optional[SonarBeams] = None
 
 
 class Mapper:
@@ -80,7 +71,7 @@ class Mapper:
         self._graph = PoseGraph(pose, (numbers.distance_bias, numbers.turning_bias, numbers.veer_bias), numbers.doubt,
                                 wall_numbers)
         self._ears = Ears(transducers)
-        self._drawn: List[_Drawn] = []
+        self._drawn: List[DrawnStretch] = []
         self._odometry: Optional[Pose] = None
         self._way = self._turned = 0.0
         self._next = 0
@@ -96,8 +87,7 @@ class Mapper:
         """
         before, self._odometry = self._odometry, sensing.odometry
         if before is None:
-            self._drawn.append(_Drawn(Stretch(sensing.time, self._ears)))
-            self._drawn[0].pose = self.pose
+            self._drawn.append(DrawnStretch(Stretch(sensing.time, self._ears), self.pose))
             return self.pose
         present = self._drawn[-1]
         stretch, numbers = present.stretch, self._numbers
@@ -175,9 +165,8 @@ class Mapper:
         self._way += stretch.way
         self._turned += stretch.turned
         self._graph.add_node(compose(self._graph.pose(number), stretch.end(self._graph.bias)))
-        self._graph.add(self._by_odometry(number))
-        self._drawn.append(_Drawn(Stretch(time, self._ears)))
-        self._drawn[-1].pose = self._graph.pose(number + 1)
+        self._graph.add(by_odometry(number, stretch, self._numbers))
+        self._drawn.append(DrawnStretch(Stretch(time, self._ears), self._graph.pose(number + 1)))
         self._ended.append(number)
 
     def _worker(self) -> Iterator[None]:
@@ -213,24 +202,6 @@ class Mapper:
         worst = int(moved.argmax())
         return worst if moved[worst] > 1.0 else None
 
-    def _by_odometry(self, number: int) -> Between:
-        """Return what odometry measured from the begin of a stretch to its end."""
-        stretch, numbers = self._drawn[number].stretch, self._numbers
-        plain = np.array(stretch.end(WheelBias()))
-        columns = []
-        for axis in range(3):
-            bias = [0.0, 0.0, 0.0]
-            bias[axis] = _BIAS_STEP
-            change = np.array(stretch.end(WheelBias(*bias))) - plain
-            change[2] = math.remainder(change[2], 2.0 * math.pi)
-            columns.append(change / _BIAS_STEP)
-        root_way = math.sqrt(stretch.way + 0.01)
-        turn = numbers.roll_turn * root_way + numbers.turn_turn * stretch.turned + 0.001
-        along = numbers.roll * root_way + 0.002
-        aside = along + 0.5 * turn * stretch.way
-        return Between(number, number + 1, Pose(*plain), np.diag((1.0 / along, 1.0 / aside, 1.0 / turn)),
-                       np.array(columns).T, False)
-
     def _look(self, number: int, share: float) -> Iterator[None]:
         """Find a stretch on what the others drew, let the graph know, and draw it there: a costly step at a time.
 
@@ -240,7 +211,7 @@ class Mapper:
                 whole window round that place: it may be farther away.
         """
         numbers = self._numbers
-        beams = self._readings(number)
+        beams, which = self._readings(number)
         if self._corrects and len(beams.x) >= numbers.least_count:
             pose, reach, turn = self._graph.pose(number), share * numbers.window, share * numbers.window_turn
             found = self._match(number, beams, pose, reach, turn)
@@ -251,20 +222,21 @@ class Mapper:
             self._graph.set_walls(number, wall_directions(self._heard_lately(number), self._wall_numbers))
             if found:
                 self._graph.untie(number)
-                self._tie(number, found)
-                yield
+                yield from self._tie(number, found, which[found.which])
                 for _ in range(_ROUNDS):
                     self._graph.solve(1)
                     yield
+        if self._drawn[number].draw_alone(self._graph.bias, self._grid.numbers, self._match_numbers.own_wall):
+            yield
         self._redraw(number)
         yield
 
-    def _readings(self, number: int) -> SonarBeams:
-        """Return the echoes by which a stretch is found, relative to its begin."""
+    def _readings(self, number: int) -> Tuple[SonarBeams, Array]:
+        """Return the echoes by which a stretch is found, relative to its begin, and their numbers in it."""
         beams = self._drawn[number].stretch.beams(self._graph.bias)
-        index = np.nonzero(beams.range < self._match_numbers.reach)[0]
-        index = index[::max(1, math.ceil(len(index) / self._numbers.most_readings))]
-        return beams.chosen(index)
+        which = np.nonzero(beams.range < self._match_numbers.reach)[0]
+        which = which[::max(1, math.ceil(len(which) / self._numbers.most_readings))]
+        return beams.chosen(which), which
 
     def _heard_lately(self, number: int) -> SonarBeams:
         """Return what a stretch heard, and those before it, relative to its begin by the wheels.
@@ -293,11 +265,16 @@ class Mapper:
             return None
         return found
 
-    def _tie(self, number: int, found: Match) -> None:
-        """Tell the graph where a stretch was found relative to those that drew the walls that it heard.
+    def _tie(self, number: int, found: Match, which: Array) -> Iterator[None]:
+        """Tell the graph where a stretch was found relative to those that drew the walls that it heard: one at a time.
 
         Each wall belongs to the stretch that drew most of it. So each reading counts once, and tells only about the
         stretch whose wall it heard.
+
+        Args:
+            number: of the stretch.
+            found: where it was found.
+            which: numbers of its readings that fit.
         """
         votes = np.array([_support(each.votes, found.hits, self._grid.numbers.resolution) for each in self._drawn])
         owner = np.where(votes.max(axis=0) > _DREW, votes.argmax(axis=0), number)
@@ -305,20 +282,13 @@ class Mapper:
         counts[number] = 0
         for other in np.argsort(-counts, kind="stable")[:int(self._numbers.contributors)]:
             if counts[other] >= _FEWEST_HITS:
-                self._graph.add(self._tied(int(other), number, found, owner == other))
-
-    def _tied(self, other: int, number: int, found: Match, which: Array) -> Between:
-        """Return where some readings of a stretch have it, relative to the other one whose walls they heard."""
-        numbers = self._numbers
-        pose, information = found.alone(which)
-        slack = np.diag((numbers.slack ** 2, numbers.slack ** 2, numbers.slack_turn ** 2))
-        information = np.linalg.solve(np.eye(3) + information @ slack, information)
-        begin = self._graph.pose(other)
-        cosine, sine = math.cos(begin.heading), math.sin(begin.heading)
-        turned = np.array(((cosine, sine, 0.0), (-sine, cosine, 0.0), (0.0, 0.0, 1.0)))
-        values, vectors = np.linalg.eigh(turned @ information @ turned.T)
-        root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
-        return Between(other, number, relative(begin, pose), root, np.zeros((3, 3)), True)
+                its = owner == other
+                heard = HeardWalls(self._drawn[number].stretch, found.pose, which[its], found.hits[its])
+                tie = by_walls(int(other), self._drawn[other], number, heard, self._graph.bias, self._numbers,
+                               self._match_numbers)
+                if tie is not None:
+                    self._graph.add(tie)
+                yield
 
     def _erase(self, number: int) -> None:
         """Take a stretch off the map."""

@@ -302,6 +302,7 @@ class MatchNumbers:
     """How a stretch of path finds its place on the map (`scan_match`)."""
 
     wall: float = parameter(1.0, Number(0.05, 3.0), "log-odds from which a cell is a wall to fit to")
+    own_wall: float = parameter(0.5, Number(0.05, 3.0), "the same for what one stretch drew alone")
     reach: float = parameter(2.5, Number(0.5, 5.0), "echoes from farther away are not used", "m")
     half_cone: float = parameter(0.218, Number(0.05, 0.6), "from the axis of a sonar cone to its edge", "rad")
     points: int = parameter(24, Whole(1, 200), "points of walls that are looked at for a reading")

@@ -8,6 +8,7 @@ import pytest
 
 from pioneer_control.floor_poses import Pose, compose
 from pioneer_control.maps import FREE, OCCUPIED, UNKNOWN
+from pioneer_control.navigation import drawn_stretch, mapping
 from pioneer_control.navigation.mapping import Mapper
 from pioneer_control.navigation.pose_graph import PoseGraph
 from pioneer_control.navigation.tuned import WallNumbers
@@ -169,7 +170,8 @@ def test_a_packet_has_one_costly_step_at_most(monkeypatch):
     """Finding a stretch, solving the graph and drawing a stretch anew all at once would hold up who drives."""
     sensings, truth = rounds(0.02, 1)
     mapper, steps = Mapper(SONAR, pose=truth[0]), []
-    for owner, name in ((mapper, "_match"), (mapper, "_tie"), (mapper, "_redraw"), (PoseGraph, "_step")):
+    for owner, name in ((mapper, "_match"), (mapping, "by_walls"), (mapper, "_redraw"),
+                        (drawn_stretch, "SonarGrid"), (PoseGraph, "_step")):
         before = getattr(owner, name)
         monkeypatch.setattr(owner, name, lambda *args, name=name, before=before: steps.append(name) or before(*args))
     done = set()
@@ -178,7 +180,7 @@ def test_a_packet_has_one_costly_step_at_most(monkeypatch):
         mapper.update(sensing)
         assert len(steps) <= 1 or set(steps) == {"_redraw"} and len(steps) <= 3, "drawing takes little"
         done.update(steps)
-    assert done == {"_match", "_tie", "_redraw", "_step"}
+    assert done == {"_match", "by_walls", "SonarGrid", "_redraw", "_step"}
 
 
 def test_in_a_packet_with_other_work_the_map_is_not_corrected(monkeypatch):
