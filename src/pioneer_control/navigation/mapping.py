@@ -221,7 +221,6 @@ class Mapper:
                 yield
             self._graph.set_walls(number, wall_directions(self._heard_lately(number), self._wall_numbers))
             if found:
-                self._graph.untie(number)
                 yield from self._tie(number, found, which[found.which])
                 for _ in range(_ROUNDS):
                     self._graph.solve(1)
@@ -266,7 +265,9 @@ class Mapper:
         return found
 
     def _tie(self, number: int, found: Match, which: Array) -> Iterator[None]:
-        """Tell the graph where a stretch was found relative to those that drew the walls that it heard: one at a time.
+        """Tell the graph where a stretch was found relative to those that drew the walls that it heard.
+
+        These are compared one at a time; until all are, what was known before holds.
 
         Each wall belongs to the stretch that drew most of it. So each reading counts once, and tells only about the
         stretch whose wall it heard.
@@ -280,15 +281,18 @@ class Mapper:
         owner = np.where(votes.max(axis=0) > _DREW, votes.argmax(axis=0), number)
         counts = np.bincount(owner, minlength=len(self._drawn))
         counts[number] = 0
+        ties = []
         for other in np.argsort(-counts, kind="stable")[:int(self._numbers.contributors)]:
             if counts[other] >= _FEWEST_HITS:
                 its = owner == other
                 heard = HeardWalls(self._drawn[number].stretch, found.pose, which[its], found.hits[its])
-                tie = by_walls(int(other), self._drawn[other], number, heard, self._graph.bias, self._numbers,
-                               self._match_numbers)
-                if tie is not None:
-                    self._graph.add(tie)
+                ties.append(by_walls(int(other), self._drawn[other], number, heard, self._graph.bias, self._numbers,
+                                     self._match_numbers))
                 yield
+        self._graph.untie(number)
+        for tie in ties:
+            if tie is not None:
+                self._graph.add(tie)
 
     def _erase(self, number: int) -> None:
         """Take a stretch off the map."""

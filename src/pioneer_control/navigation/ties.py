@@ -1,9 +1,10 @@
 """What ties one stretch of a path to another: odometry, to the next one; and walls that both heard, to any.
 
-Two mistakes are easy to make with walls, and each lets a map grow.
+Three mistakes are easy to make with walls, and each lets a map grow.
 
 - The map is drawn from the poses that are to be found. Where these lie too far apart, all walls do, too, and each
   stretch fits them well. So a tie is measured on the walls that the other stretch drew alone.
+- These walls are where the other stretch is drawn, and since then it may have moved a little in the graph.
 - Walls tell where one stretch heard them relative to where the other one did. From the begins of both to there it is a
   way by the wheels. So what a tie measures changes with the lasting errors that the wheels are found to have.
 """

@@ -183,6 +183,17 @@ def test_a_packet_has_one_costly_step_at_most(monkeypatch):
     assert done == {"_match", "by_walls", "SonarGrid", "_redraw", "_step"}
 
 
+def test_a_stretch_keeps_its_ties_until_it_has_new_ones():
+    """A map is saved at any moment."""
+    sensings, truth = rounds(0.02, 1)
+    mapper, tied = Mapper(SONAR, pose=truth[0]), set()
+    for sensing in sensings:
+        mapper.update(sensing)
+        before, tied = tied, set(mapper._graph._measured["second"][mapper._graph._measured["doubted"]])
+        assert before <= tied
+    assert len(tied) > 5
+
+
 def test_in_a_packet_with_other_work_the_map_is_not_corrected(monkeypatch):
     sensings, truth = rounds(0.02, 1)
     mapper, steps = Mapper(SONAR, pose=truth[0]), []
