@@ -336,8 +336,8 @@ class WallNumbers:
         0.5, Number(0.3, 1.1), "share of all walls that must be square, or none is held so; above 1: none ever is")
     slack: float = parameter(0.02, Number(0.001, 0.2), "added to the deviation of a wall's direction", "rad")
     ties_alone: float = parameter(
-        0.04, Number(0.001, 1.0), "weight of the places at which stretches were found, while there are walls enough but"
-                                  " none is held square")
+        0.3, Number(0.001, 1.0), "weight of the places at which stretches were found, while there are walls enough but"
+                                 " none is held square")
 
 
 @dataclass(frozen=True)
