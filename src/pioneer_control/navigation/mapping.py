@@ -1,13 +1,12 @@
 """Makes a map while a robot with sonar drives, by odometry and by the map itself: `Mapper`.
 
 The path is cut into stretches of a metre. When one ends, it is looked for on the map that the others made
-(`scan_match`). That map says which of them heard the same walls; where it lies relative to each of these, the walls
-say that this one drew alone. The straight walls beside it tell its heading, where walls are square
-(`wall_directions`). What was found, and what odometry measured, are the measurements of a `pose_graph`; its solution
-moves all stretches, also old ones, and tells the lasting errors of the wheels. Stretches that moved are drawn anew
-(`sonar_grid`). All are looked for again and again, in turn: the first were found on a map that was still thin, and this
-also closes loops. The work is done a costly step at each packet, so that none takes long. There is no chance in it: a
-map made twice of the same data is the same.
+(`scan_match`); the straight walls beside it tell its heading, where walls are square (`wall_directions`). What was
+found, and what odometry measured, are the measurements of a `pose_graph`; its solution moves all stretches, also old
+ones, and tells the lasting errors of the wheels. Stretches that moved are drawn anew (`sonar_grid`). All are looked for
+again and again, in turn: the first were found on a map that was still thin, and this also closes loops. The work is
+done a costly step at each packet, so that none takes long. There is no chance in it: a map made twice of the same data
+is the same.
 """
 
 import math
@@ -18,13 +17,12 @@ import numpy as np
 from ..floor_poses import Pose, compose, relative, wrapped
 from ..maps import GridMap
 from ..robots import Transducer
-from .drawn_stretch import DrawnStretch
 from .frames import wrapped_angles
 from .pose_graph import PoseGraph
 from .scan_match import Match, match, wall_points
 from .sonar_grid import SonarBeams, SonarGrid, Votes
 from .stretch import Ears, Stretch
-from .ties import HeardWalls, by_odometry, by_walls
+from .ties import DrawnWalls, HeardWalls, by_odometry, by_walls
 from .tuned import MapNumbers, MapperNumbers, MatchNumbers, WallNumbers
 from .values import Sensing
 from .wall_directions import wall_directions
@@ -45,6 +43,17 @@ _ROUNDS = 3
 """Steps in which the graph is solved after a stretch was found."""
 _FEWEST_HITS = 3
 """Fewer readings do not tie a stretch to another."""
+
+
+class _Drawn:
+    """A stretch, and how it is drawn at present."""
+
+    def __init__(self, stretch: Stretch) -> None:
+        self.stretch = stretch
+        self.votes: List[Votes] = []
+        self.count = 0
+        self.pose = Pose(0.0, 0.0, 0.0)
+        self.beams: Optional[SonarBeams] = None
 
 
 class Mapper:
@@ -71,10 +80,10 @@ class Mapper:
         self._graph = PoseGraph(pose, (numbers.distance_bias, numbers.turning_bias, numbers.veer_bias), numbers.doubt,
                                 wall_numbers)
         self._ears = Ears(transducers)
-        self._drawn: List[DrawnStretch] = []
+        self._drawn: List[_Drawn] = []
         self._odometry: Optional[Pose] = None
         self._way = self._turned = 0.0
-        self._next = 0
+        self._next = self._again = 0
         self._ended: List[int] = []
         self._work = self._worker()
 
@@ -87,7 +96,8 @@ class Mapper:
         """
         before, self._odometry = self._odometry, sensing.odometry
         if before is None:
-            self._drawn.append(DrawnStretch(Stretch(sensing.time, self._ears), self.pose))
+            self._drawn.append(_Drawn(Stretch(sensing.time, self._ears)))
+            self._drawn[0].pose = self.pose
             return self.pose
         present = self._drawn[-1]
         stretch, numbers = present.stretch, self._numbers
@@ -160,20 +170,22 @@ class Mapper:
 
     def _end_stretch(self, time: float) -> None:
         """End the present stretch, and begin the next one. The one that ended will be looked for on the map."""
-        number = len(self._drawn) - 1
+        number, self._again = len(self._drawn) - 1, 0
         stretch = self._drawn[number].stretch
         self._way += stretch.way
         self._turned += stretch.turned
         self._graph.add_node(compose(self._graph.pose(number), stretch.end(self._graph.bias)))
         self._graph.add(by_odometry(number, stretch, self._numbers))
-        self._drawn.append(DrawnStretch(Stretch(time, self._ears), self._graph.pose(number + 1)))
+        self._drawn.append(_Drawn(Stretch(time, self._ears)))
+        self._drawn[-1].pose = self._graph.pose(number + 1)
         self._ended.append(number)
 
     def _worker(self) -> Iterator[None]:
         """Correct the map without end, a costly step at each packet.
 
         Stretches that ended come first; then those that moved since they were drawn, the farthest one first; then each
-        in turn is looked for again: all that was drawn meanwhile tells better where it lies.
+        in turn is looked for again: all that was drawn meanwhile tells better where it lies. When nothing new was drawn
+        in a whole turn, nothing is done until there is.
         """
         while True:
             worst = self._moved()
@@ -188,7 +200,8 @@ class Mapper:
                     if worst is None:
                         break
                 yield
-            elif len(self._drawn) > 1:
+            elif self._again < len(self._drawn) - 1:
+                self._again += 1
                 self._next = (self._next + 1) % (len(self._drawn) - 1)
                 yield from self._look(self._next, self._numbers.again)
             else:
@@ -221,12 +234,12 @@ class Mapper:
                 yield
             self._graph.set_walls(number, wall_directions(self._heard_lately(number), self._wall_numbers))
             if found:
-                yield from self._tie(number, found, which[found.which])
+                self._graph.untie(number)
+                self._tie(number, found, which[found.which])
+                yield
                 for _ in range(_ROUNDS):
                     self._graph.solve(1)
                     yield
-        if self._drawn[number].draw_alone(self._graph.bias, self._grid.numbers, self._match_numbers.own_wall):
-            yield
         self._redraw(number)
         yield
 
@@ -264,10 +277,8 @@ class Mapper:
             return None
         return found
 
-    def _tie(self, number: int, found: Match, which: Array) -> Iterator[None]:
+    def _tie(self, number: int, found: Match, which: Array) -> None:
         """Tell the graph where a stretch was found relative to those that drew the walls that it heard.
-
-        These are compared one at a time; until all are, what was known before holds.
 
         Each wall belongs to the stretch that drew most of it. So each reading counts once, and tells only about the
         stretch whose wall it heard.
@@ -281,18 +292,14 @@ class Mapper:
         owner = np.where(votes.max(axis=0) > _DREW, votes.argmax(axis=0), number)
         counts = np.bincount(owner, minlength=len(self._drawn))
         counts[number] = 0
-        ties = []
         for other in np.argsort(-counts, kind="stable")[:int(self._numbers.contributors)]:
             if counts[other] >= _FEWEST_HITS:
-                its = owner == other
-                heard = HeardWalls(self._drawn[number].stretch, found.pose, which[its], found.hits[its])
-                ties.append(by_walls(int(other), self._drawn[other], number, heard, self._graph.bias, self._numbers,
-                                     self._match_numbers))
-                yield
-        self._graph.untie(number)
-        for tie in ties:
-            if tie is not None:
-                self._graph.add(tie)
+                its, drawn = owner == other, self._drawn[other]
+                heard = HeardWalls(number, self._drawn[number].stretch, which[its], found.hits[its], *found.alone(its))
+                tie = by_walls(DrawnWalls(int(other), drawn.stretch, drawn.pose), heard, self._graph.bias,
+                               self._numbers, self._match_numbers)
+                if tie is not None:
+                    self._graph.add(tie)
 
     def _erase(self, number: int) -> None:
         """Take a stretch off the map."""

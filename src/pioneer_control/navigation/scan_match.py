@@ -5,9 +5,6 @@ when it is about that. Readings near which the map has no wall say nothing.
 
 How sure a pose is, each reading tells by itself: its log-likelihood near the pose is fitted by a parabola. Readings of
 a corridor's walls are curved across the corridor and flat along it, so they say nothing about the way along.
-
-`match` finds a stretch on the whole map; `match_alone` tells what some of its readings say when one other stretch drew
-the walls.
 """
 
 import functools
@@ -47,6 +44,8 @@ class Match(NamedTuple):
         said: how many say something.
         hits: points (m) of the map's walls that were heard, one for each reading that fits, array (n, 2).
         which: indices of these readings.
+        curves: parabolas of their log-likelihoods round `pose`, array (n, 10). See `_parabolas`.
+        middle: point (m, map frame) round which the parabolas are turned.
     """
 
     pose: Pose
@@ -54,6 +53,29 @@ class Match(NamedTuple):
     said: int
     hits: Array
     which: Array
+    curves: Array
+    middle: Array
+
+    def alone(self, which: Array) -> Tuple[Pose, Array]:
+        """Return what some of the readings alone say about the pose.
+
+        Args:
+            which: mask or indices of these readings, of those that fit.
+
+        Returns:
+            Where they have the begin of the stretch, near `pose` (map frame), and the inverse (3 x 3) of the covariance
+            (x, y (m), heading (rad)) of that. It is singular when they say nothing about a direction.
+        """
+        slope, bend = _slope_and_bend(self.curves[which].sum(axis=0))
+        # The parabolas are turned round the middle, the pose round the begin.
+        way_x, way_y = self.pose.x - self.middle[0], self.pose.y - self.middle[1]
+        of_middle = np.array(((1.0, 0.0, way_y), (0.0, 1.0, -way_x), (0.0, 0.0, 1.0)))
+        slope, bend = of_middle.T @ slope, of_middle.T @ bend @ of_middle
+        values, vectors = np.linalg.eigh(bend)
+        said = values > _FLAT * max(values[-1], 1.0)
+        step = vectors[:, said] @ (vectors[:, said].T @ slope / values[said])
+        x, y, heading = np.array(self.pose) + np.clip(step, -_MOST_ALONE, _MOST_ALONE)
+        return Pose(float(x), float(y), wrapped(float(heading))), bend
 
 
 def wall_points(odds: Array, row: int, column: int, resolution: float, least: float) -> Array:
@@ -96,72 +118,26 @@ def match(walls: Array, beams: SonarBeams, guess: Pose, reach: float, turn: floa
         numbers: how it is judged.
     """
     points, which = _near(walls, beams.moved(*guess), reach, turn, numbers)
-    if not len(which):
+    beams = SonarBeams(*(each[which].astype(np.float32) for each in beams))
+    if not len(beams.x):
         return None
-    beams = _fine_enough(beams.chosen(which))
-    middle = _middle(beams)
-    # What is this near, climbing finds by itself.
+    middle = np.array((beams.x.mean(), beams.y.mean()))
+    # Newton's method finds by itself what is this near.
     pose = guess if reach <= 2.0 * numbers.step else _searched(points, beams, guess, middle, reach, turn, numbers)
-    pose, _ = _climbed(points, beams, pose, middle, numbers)
+    for _ in range(_ROUNDS):
+        curves = _parabolas(points, beams, pose, middle, numbers)
+        slope, bend = _slope_and_bend(curves.sum(axis=0))
+        step = np.linalg.solve(bend + _HOLD, slope)
+        limit = numbers.near, numbers.near, numbers.near_turn
+        step = np.clip(step, np.negative(limit), limit)
+        pose = Pose(*_moved(pose, middle, step[None])[0])
+    curves[:, 1:4] -= _bends(curves) @ step     # the slopes at the pose
     distance = _distances(points, beams, np.array([pose]), numbers)[0]
     nearest = distance.argmin(axis=1)
     index = np.arange(len(nearest))
     fits = np.abs(distance[index, nearest] + numbers.nearer - beams.range) < 2.0 * numbers.blur
     return Match(Pose(float(pose.x), float(pose.y), wrapped(float(pose.heading))), float(fits.mean()), len(fits),
-                 points[index, nearest][fits].astype(float), which[fits])
-
-
-def match_alone(walls: Array, beams: SonarBeams, guess: Pose, numbers: MatchNumbers) -> Optional[Tuple[Pose, Array]]:
-    """Return what a stretch's readings of some walls say about its pose. None when that is nothing.
-
-    Args:
-        walls: points (n, 2) on these walls (m).
-        beams: the readings, relative to the begin of the stretch.
-        guess: pose of that.
-        numbers: how it is judged.
-
-    Returns:
-        The pose near the guess, and the inverse (3 x 3) of the covariance (x, y (m), heading (rad)) of that. It is
-        singular when they say nothing about a direction.
-    """
-    points, near = _near(walls, beams.moved(*guess), _MOST_ALONE, _MOST_ALONE, numbers)
-    if not len(near):
-        return None
-    beams = _fine_enough(beams.chosen(near))
-    middle = _middle(beams)
-    pose, curve = _climbed(points, beams, guess, middle, numbers)
-    slope, bend = _slope_and_bend(curve)
-    # The parabolas are turned round the middle, the pose round the begin.
-    way_x, way_y = pose[:2] - _moved_point(pose, middle)
-    of_middle = np.array(((1.0, 0.0, way_y), (0.0, 1.0, -way_x), (0.0, 0.0, 1.0)))
-    slope, bend = of_middle.T @ slope, of_middle.T @ bend @ of_middle
-    values, vectors = np.linalg.eigh(bend)
-    said = values > _FLAT * max(values[-1], 1.0)
-    step = vectors[:, said] @ (vectors[:, said].T @ slope / values[said])
-    x, y, heading = np.array(pose) + np.clip(step, -_MOST_ALONE, _MOST_ALONE)
-    return Pose(float(x), float(y), wrapped(float(heading))), bend
-
-
-def _fine_enough(beams: SonarBeams) -> SonarBeams:
-    """Return beams in single precision: to compute with them takes half the time."""
-    return SonarBeams(*(each.astype(np.float32) for each in beams))
-
-
-def _middle(beams: SonarBeams) -> Array:
-    """Return the middle (m) of where beams come from."""
-    return np.array((beams.x.mean(), beams.y.mean()))
-
-
-def _climbed(points: Array, beams: SonarBeams, pose: Pose, middle: Array, numbers: MatchNumbers) -> Tuple[Pose, Array]:
-    """Return the best pose near one, by Newton's method, and the sum of the parabolas of readings there, array (10)."""
-    limit = numbers.near, numbers.near, numbers.near_turn
-    for _ in range(_ROUNDS):
-        curve = _parabolas(points, beams, pose, middle, numbers).sum(axis=0)
-        slope, bend = _slope_and_bend(curve)
-        step = np.clip(np.linalg.solve(bend + _HOLD, slope), np.negative(limit), limit)
-        pose = Pose(*_moved(pose, middle, step[None])[0])
-    curve[1:4] -= _bends(curve[None])[0] @ step
-    return pose, curve
+                 points[index, nearest][fits].astype(float), which[fits], curves[fits], _moved_point(pose, middle))
 
 
 def _searched(points: Array, beams: SonarBeams, guess: Pose, middle: Array, reach: float, turn: float,

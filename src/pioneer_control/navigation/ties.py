@@ -1,12 +1,8 @@
 """What ties one stretch of a path to another: odometry, to the next one; and walls that both heard, to any.
 
-Three mistakes are easy to make with walls, and each lets a map grow.
-
-- The map is drawn from the poses that are to be found. Where these lie too far apart, all walls do, too, and each
-  stretch fits them well. So a tie is measured on the walls that the other stretch drew alone.
-- These walls are where the other stretch is drawn, and since then it may have moved a little in the graph.
-- Walls tell where one stretch heard them relative to where the other one did. From the begins of both to there it is a
-  way by the wheels. So what a tie measures changes with the lasting errors that the wheels are found to have.
+Walls tell where one stretch heard them relative to where the other one did, as that one drew them. From the begins of
+both to there it is a way by the wheels. So what a tie measures changes with the lasting errors that the wheels are
+found to have.
 """
 
 import math
@@ -15,10 +11,8 @@ from typing import Any, List, NamedTuple, Optional, Sequence
 import numpy as np
 
 from ..floor_poses import Pose, compose, relative
-from .drawn_stretch import DrawnStretch
 from .frames import wrapped_angles
 from .pose_graph import Between
-from .scan_match import match_alone
 from .sonar_grid import SonarBeams
 from .stretch import Stretch
 from .tuned import MapperNumbers, MatchNumbers
@@ -30,20 +24,38 @@ _BIAS_STEP = 1e-4
 _BEGIN = Pose(0.0, 0.0, 0.0)
 
 
-class HeardWalls(NamedTuple):
-    """Some readings of a stretch, and the walls that they heard.
+class DrawnWalls(NamedTuple):
+    """Walls that a stretch drew.
 
     Attributes:
+        node: of the stretch.
         stretch: the stretch.
-        pose: where its begin was found on the whole map (map frame).
-        which: numbers of the readings in it, array (n).
-        hits: points (m, map frame) of the walls, one for each reading, array (n, 2).
+        pose: where its begin was when it drew them (map frame).
     """
 
+    node: int
     stretch: Stretch
     pose: Pose
+
+
+class HeardWalls(NamedTuple):
+    """Readings with which another stretch heard these walls.
+
+    Attributes:
+        node: of that stretch.
+        stretch: the stretch.
+        which: numbers of the readings in it, array (n).
+        hits: points (m, map frame) of the walls, one for each reading, array (n, 2).
+        pose: where the readings have its begin (map frame).
+        information: inverse (3 x 3) of the covariance (x, y (m), heading (rad)) of that.
+    """
+
+    node: int
+    stretch: Stretch
     which: Array
     hits: Array
+    pose: Pose
+    information: Array
 
 
 def by_odometry(number: int, stretch: Stretch, numbers: MapperNumbers) -> Between:
@@ -56,29 +68,31 @@ def by_odometry(number: int, stretch: Stretch, numbers: MapperNumbers) -> Betwee
     return Between(number, number + 1, ends[0], np.diag((1.0 / along, 1.0 / aside, 1.0 / turn)), _change(ends), False)
 
 
-def by_walls(first: int, drawn: DrawnStretch, second: int, heard: HeardWalls, bias: WheelBias, numbers: MapperNumbers,
+def by_walls(drawn: DrawnWalls, heard: HeardWalls, bias: WheelBias, numbers: MapperNumbers,
              match_numbers: MatchNumbers) -> Optional[Between]:
-    """Return where readings of a stretch have it relative to the one that drew the walls. None if they say nothing.
+    """Return where one stretch is relative to another, by walls that this one drew and that one heard.
 
     Args:
-        first, drawn: node and stretch that drew the walls.
-        second, heard: node and readings that heard them.
+        drawn: what the other one drew.
+        heard: what the stretch heard.
         bias: of the wheels, as it is known now.
         numbers, match_numbers: what was tuned.
+
+    Returns:
+        The measurement; None when no reading of the other one is of these walls.
     """
-    said = match_alone(drawn.walls, heard.stretch.beams(bias).chosen(heard.which), heard.pose, match_numbers)
     drew = _that_hear(heard.hits, drawn.stretch.beams(bias).moved(*drawn.pose), match_numbers)
-    if said is None or not len(drew):
+    if not len(drew):
         return None
-    pose, information = said
-    measured = relative(drawn.pose, pose)
+    measured = relative(drawn.pose, heard.pose)
     drew_from = [_heard_from(drawn.stretch, drew, each) for each in _biases(bias)]
     heard_from = [_heard_from(heard.stretch, heard.which, each) for each in _biases(bias)]
     between = relative(drew_from[0], compose(measured, heard_from[0]))      # this is what the walls tell
     by_bias = _change([compose(compose(here, between), relative(there, _BEGIN))
                        for here, there in zip(drew_from, heard_from)])
     unbiased = Pose(*map(float, np.array(measured) - by_bias @ np.array(bias)))
-    return Between(first, second, unbiased, _root(information, drawn.pose.heading, numbers), by_bias, True)
+    root = _root(heard.information, drawn.pose.heading, numbers)
+    return Between(drawn.node, heard.node, unbiased, root, by_bias, True)
 
 
 def _root(information: Array, heading: float, numbers: MapperNumbers) -> Array:

@@ -302,7 +302,6 @@ class MatchNumbers:
     """How a stretch of path finds its place on the map (`scan_match`)."""
 
     wall: float = parameter(1.0, Number(0.05, 3.0), "log-odds from which a cell is a wall to fit to")
-    own_wall: float = parameter(0.5, Number(0.05, 3.0), "the same for what one stretch drew alone")
     reach: float = parameter(2.5, Number(0.5, 5.0), "echoes from farther away are not used", "m")
     half_cone: float = parameter(0.218, Number(0.05, 0.6), "from the axis of a sonar cone to its edge", "rad")
     points: int = parameter(24, Whole(1, 200), "points of walls that are looked at for a reading")
@@ -336,8 +335,8 @@ class WallNumbers:
         0.5, Number(0.3, 1.1), "share of all walls that must be square, or none is held so; above 1: none ever is")
     slack: float = parameter(0.02, Number(0.001, 0.2), "added to the deviation of a wall's direction", "rad")
     ties_alone: float = parameter(
-        0.3, Number(0.001, 1.0), "weight of the places at which stretches were found, while there are walls enough but"
-                                 " none is held square")
+        0.04, Number(0.001, 1.0), "weight of the places at which stretches were found, while there are walls enough but"
+                                  " none is held square")
 
 
 @dataclass(frozen=True)

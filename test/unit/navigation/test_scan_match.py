@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pioneer_control.floor_poses import Pose, relative
-from pioneer_control.navigation.scan_match import match, match_alone, wall_points
+from pioneer_control.navigation.scan_match import match, wall_points
 from pioneer_control.navigation.sonar_grid import SonarBeams
 from pioneer_control.navigation.tuned import MatchNumbers
 
@@ -66,65 +66,46 @@ def test_it_finds_the_same_wherever_the_map_has_its_origin_and_its_axes():
     assert distance < 0.02 and turn < 0.01
 
 
-def alone(found, room, which=slice(None), walls=None, **numbers):
-    """Return what the readings of a stretch that begins at (0, 0) say of some walls, else of all of the room."""
-    beams = driven(room, Pose(0.0, 0.0, 0.0)).chosen(found.which[which])
-    return match_alone(room if walls is None else walls, beams, found.pose, replace(NUMBERS, **numbers))
-
-
 def test_what_is_heard_in_a_corridor_says_nothing_about_the_way_along():
     found = found_from(CORRIDOR, Pose(0.0, 0.0, 0.0), Pose(0.0, 0.05, 0.0))
-    _, information = alone(found, CORRIDOR)
+    _, information = found.alone(np.full(len(found.hits), True))
     assert information[1, 1] > 20.0 * information[0, 0]
     assert found.pose.y == pytest.approx(0.0, abs=0.01)
 
 
 def test_an_end_of_the_corridor_says_how_far_along_it_is():
-    room = np.concatenate((CORRIDOR, END))
-    found = found_from(room, Pose(0.0, 0.0, 0.0), Pose(0.0, 0.0, 0.0))
+    found = found_from(np.concatenate((CORRIDOR, END)), Pose(0.0, 0.0, 0.0), Pose(0.0, 0.0, 0.0))
     at_end = found.hits[:, 0] > 1.9
-    _, of_end = alone(found, room, at_end)
-    _, of_sides = alone(found, room, ~at_end)
+    _, of_end = found.alone(at_end)
+    _, of_sides = found.alone(~at_end)
     assert of_end[0, 0] > 1000.0 > of_sides[0, 0]
     assert of_sides[1, 1] > of_end[1, 1]
 
 
 def test_what_all_readings_say_is_the_sum_of_what_each_says():
     """But for directions in which readings curve upwards: these say nothing."""
-    room = np.concatenate((CORRIDOR, END))
-    found = found_from(room, Pose(0.0, 0.0, 0.0), Pose(0.0, 0.0, 0.0))
+    found = found_from(np.concatenate((CORRIDOR, END)), Pose(0.0, 0.0, 0.0), Pose(0.0, 0.0, 0.0))
     at_end = found.hits[:, 0] > 1.9
-    parts = alone(found, room, at_end)[1] + alone(found, room, ~at_end)[1]
-    assert np.diag(alone(found, room)[1]) == pytest.approx(np.diag(parts), rel=0.1)
+    parts = found.alone(at_end)[1] + found.alone(~at_end)[1]
+    whole = found.alone(np.full(len(at_end), True))[1]
+    assert np.diag(whole) == pytest.approx(np.diag(parts), rel=0.1)
 
 
-def test_readings_whose_wall_another_drew_aside_have_the_stretch_aside():
-    found = found_from(CORRIDOR, Pose(0.0, 0.0, 0.0), Pose(0.0, 0.0, 0.0))
+def test_readings_whose_wall_was_drawn_aside_alone_have_the_stretch_aside():
+    """One side of the corridor is drawn 4 cm too far: its readings alone move the stretch by that."""
+    shifted = CORRIDOR.copy()
+    shifted[len(ALONG):, 1] += 0.04
+    beams = driven(CORRIDOR, Pose(0.0, 0.0, 0.0))
+    found = match(shifted, beams, Pose(0.0, 0.0, 0.0), 0.1, 0.05, NUMBERS)
     left = found.hits[:, 1] > 0.0
-    by_left, by_right = (alone(found, CORRIDOR, which, CORRIDOR + (0.0, aside))[0]
-                         for which, aside in ((left, 0.04), (~left, 0.0)))
-    assert by_left.y - by_right.y == pytest.approx(0.04, abs=0.01)
-
-
-def test_a_map_that_is_too_large_does_not_say_so_but_what_another_stretch_drew_alone_does():
-    """The end of a corridor is where the other stretch drew it, but the whole map has it 4 cm farther away."""
-    room, larger = np.concatenate((CORRIDOR, END)), np.concatenate((CORRIDOR, END + (0.04, 0.0)))
-    found = match(larger, driven(room, Pose(0.0, 0.0, 0.0)), Pose(0.0, 0.0, 0.0), 0.1, 0.05, NUMBERS)
-    assert found.pose.x == pytest.approx(0.04, abs=0.01)
-    assert alone(found, room)[0].x == pytest.approx(0.0, abs=0.01)
-
-
-def test_walls_that_are_not_there_say_nothing():
-    found = found_from(CORRIDOR, Pose(0.0, 0.0, 0.0), Pose(0.0, 0.0, 0.0))
-    assert alone(found, CORRIDOR, walls=CORRIDOR + (0.0, 50.0)) is None
-    assert alone(found, CORRIDOR, walls=np.zeros((0, 2))) is None
+    by_left, by_right = found.alone(left)[0], found.alone(~left)[0]
+    assert by_left.y - by_right.y == pytest.approx(0.04, abs=0.015)
 
 
 def test_more_trust_is_more_information():
     room = np.concatenate((CORRIDOR, END))
-    found = found_from(room, Pose(0.0, 0.0, 0.0), Pose(0.0, 0.0, 0.0))
-    little, much = (alone(found, room, trust=trust)[1] for trust in (0.1, 0.2))
-    assert much[1, 1] == pytest.approx(2.0 * little[1, 1], rel=0.2)
+    little, much = (found_from(room, Pose(0.0, 0.0, 0.0), Pose(0.0, 0.0, 0.0), trust=trust) for trust in (0.1, 0.2))
+    assert much.alone(slice(None))[1][1, 1] == pytest.approx(2.0 * little.alone(slice(None))[1][1, 1], rel=0.2)
 
 
 def test_readings_far_from_all_walls_say_nothing():

@@ -1,15 +1,14 @@
-"""What ties one stretch of a path to another, and how a stretch draws its own walls."""
+"""What ties one stretch of a path to another."""
 
 import math
 
 import numpy as np
 import pytest
 
-from pioneer_control.floor_poses import Pose, relative
-from pioneer_control.navigation.drawn_stretch import DrawnStretch
+from pioneer_control.floor_poses import Pose, compose
 from pioneer_control.navigation.stretch import Ears, Stretch
-from pioneer_control.navigation.ties import HeardWalls, by_odometry, by_walls
-from pioneer_control.navigation.tuned import MapNumbers, MapperNumbers, MatchNumbers
+from pioneer_control.navigation.ties import DrawnWalls, HeardWalls, by_odometry, by_walls
+from pioneer_control.navigation.tuned import MapperNumbers, MatchNumbers
 from pioneer_control.navigation.values import Firing, Sensing
 from pioneer_control.navigation.wheel_motion import WheelBias
 from pioneer_control.robots import find_model
@@ -19,6 +18,8 @@ NUMBERS, MATCH = MapperNumbers(), MatchNumbers()
 END = 3.0
 """The robot drives along y = 0 of a corridor 2 m wide, towards its end at this x (m)."""
 EXACT = WheelBias()
+INFORMATION = np.diag((1e2, 1e4, 2.5e3))
+"""The readings tell x to 10 cm, y to 1 cm, the heading to 0.02 rad."""
 
 
 def heard_in_corridor(x, y, heading):
@@ -43,23 +44,22 @@ def driven(first, last, odometry=1.0):
     return stretch
 
 
-def drawn_alone(stretch, bias=EXACT, pose=Pose(0.0, 0.0, 0.0)):
-    drawn = DrawnStretch(stretch, pose)
-    drawn.draw_alone(bias, MapNumbers(), MATCH.own_wall)
-    return drawn
+def tie(drawn, stretch, drawn_at=Pose(0.0, 0.0, 0.0), found_at=Pose(1.0, 0.0, 0.0), bias=EXACT, part=slice(None)):
+    """The tie of two stretches by the wall at the end, from where one is drawn and the other was found (map frame).
+    Part of the readings of the other one are used.
+    """
+    drew, heard = at_end(drawn), at_end(stretch)[part]
+    beams = drawn.beams(bias).moved(*drawn_at).chosen(drew)
+    hits = np.stack((beams.x + beams.range * np.cos(beams.heading),
+                     beams.y + beams.range * np.sin(beams.heading)), axis=1)
+    return by_walls(DrawnWalls(0, drawn, drawn_at), HeardWalls(1, stretch, heard, hits, found_at, INFORMATION), bias,
+                    NUMBERS, MATCH)
 
 
-def of_end(stretch, pose, hits):
-    """The readings of the end wall, when the stretch was found at this pose."""
+def at_end(stretch):
+    """The numbers of the readings of the wall at the end."""
     beams = stretch.beams(EXACT)
-    which = np.nonzero((np.abs(beams.heading) < 0.3) & (beams.range < MATCH.reach))[0]
-    return HeardWalls(stretch, pose, which, hits[np.arange(len(which)) % len(hits)])
-
-
-def tie(drawn, stretch, found, bias=EXACT):
-    """The tie of a stretch that was found at this pose (map frame) by the wall at the end."""
-    hits = drawn.walls[drawn.walls[:, 0] > drawn.walls[:, 0].max() - 0.1]
-    return by_walls(0, drawn, 1, of_end(stretch, found, hits), bias, NUMBERS, MATCH)
+    return np.nonzero((np.abs(beams.heading) < 0.3) & (beams.range < MATCH.reach))[0]
 
 
 def expected(between, bias):
@@ -74,63 +74,32 @@ def test_what_odometry_measures_grows_with_the_wheels():
     assert not between.doubted
 
 
-def test_a_stretch_draws_its_own_walls_where_they_are():
-    walls = drawn_alone(driven(1.0, 2.0), pose=Pose(1.0, 0.0, 0.0)).walls
-    off = np.minimum(np.abs(walls[:, 0] - END), np.abs(np.abs(walls[:, 1]) - 1.0))
-    assert len(walls) > 30 and np.median(off) < 0.06
-    assert (np.abs(walls[:, 0] - END) < 0.05).sum() > 5
-
-
-def test_its_own_walls_move_with_it():
-    drawn = drawn_alone(driven(1.0, 2.0))
-    before, drawn.pose = drawn.walls, Pose(1.0, 2.0, math.pi / 2)
-    assert drawn.walls == pytest.approx(np.stack((1.0 - before[:, 1], 2.0 + before[:, 0]), axis=1))
-
-
-def test_it_has_none_before_it_has_drawn_them():
-    assert DrawnStretch(driven(1.0, 2.0), Pose(0.0, 0.0, 0.0)).walls.shape == (0, 2)
-
-
-@pytest.mark.parametrize("bias, anew", [(WheelBias(0.001, 0.001, 0.001), False), (WheelBias(0.1, 0.0, 0.0), True)])
-def test_it_draws_them_anew_when_the_wheels_err_otherwise(bias, anew):
-    drawn = drawn_alone(driven(1.0, 2.0))
-    before = drawn.walls
-    drawn.draw_alone(bias, MapNumbers(), MATCH.own_wall)
-    assert (before.shape != drawn.walls.shape or bool((before != drawn.walls).any())) is anew
-
-
-@pytest.mark.parametrize("found", [0.97, 1.0, 1.03])
-def test_walls_tell_how_far_apart_two_stretches_are_wherever_the_map_has_one(found):
-    between = tie(drawn_alone(driven(0.5, 1.5)), driven(1.5, 2.5), Pose(found, 0.0, 0.0))
+@pytest.mark.parametrize("at", [Pose(0.0, 0.0, 0.0), Pose(4.0, -2.0, 0.0), Pose(2.0, 1.0, math.pi / 2)])
+def test_one_stretch_is_relative_to_where_the_other_is_drawn(at):
+    between = tie(driven(0.5, 1.5), driven(1.5, 2.5), at, compose(at, Pose(1.0, 0.02, 0.1)))
     assert between[:2] == (0, 1) and between.doubted
-    assert between.pose.x == pytest.approx(1.0, abs=0.01)
+    assert tuple(between.pose) == pytest.approx((1.0, 0.02, 0.1))
 
 
-def test_what_walls_tell_does_not_depend_on_where_both_are_drawn():
-    drawn, stretch = drawn_alone(driven(0.5, 1.5)), driven(1.5, 2.5)
-    here = tie(drawn, stretch, Pose(1.0, 0.0, 0.0))
-    drawn.pose = Pose(4.0, 0.0, 0.0)
-    assert tie(drawn, stretch, Pose(5.0, 0.0, 0.0)).pose.x == pytest.approx(here.pose.x, abs=0.005)
-
-
-def test_walls_know_nothing_of_the_ways_to_where_they_were_heard():
-    """The wheels tell 0.98 m for each metre. From the begin of one stretch to the begin of the other it is a way by the
-    wheels, up to where both heard the wall from, and a way by the wall. So a part of it changes with the bias.
+@pytest.mark.parametrize("part", [slice(0, 8), slice(-8, None)])
+def test_ways_to_where_walls_were_heard_are_by_the_wheels(part):
+    """From the begin of one stretch to the begin of the other it is a way by the wheels, to where the one heard the
+    wall from; a way by the wall; and a way by the wheels, back from where the other heard it.
     """
-    drawn = drawn_alone(driven(0.5, 1.5, 0.98))
-    between = tie(drawn, driven(1.5, 2.5, 0.98), Pose(1.0, 0.0, 0.0))
-    bias = WheelBias(1.0 / 0.98 - 1.0, 0.0, 0.0)
-    assert expected(between, bias)[0] == pytest.approx(1.0, abs=0.012)
-    corrected = drawn_alone(driven(0.5, 1.5, 0.98), bias)
-    anew = tie(corrected, driven(1.5, 2.5, 0.98), Pose(1.0, 0.0, 0.0), bias)
-    assert expected(anew, bias)[0] == pytest.approx(expected(between, bias)[0], abs=0.012)
-    assert expected(anew, EXACT)[0] == pytest.approx(expected(between, EXACT)[0], abs=0.012)
+    bias, one, other = WheelBias(0.02, 0.0, 0.0), driven(0.5, 1.5), driven(1.5, 2.5)
+    between = tie(one, other, bias=bias, part=part)
+    drew = one.beams(EXACT).chosen(at_end(one)).x.mean()
+    heard = other.beams(EXACT).chosen(at_end(other)[part]).x.mean()
+    assert abs(drew - heard) > 0.2
+    assert between.by_bias[0, 0] == pytest.approx(drew - heard, abs=0.1)
+    assert expected(between, bias) == pytest.approx((1.0, 0.0, 0.0), abs=1e-6)
+    assert expected(between, EXACT)[0] == pytest.approx(1.0 - 0.02 * (drew - heard), abs=0.003)
 
 
 def test_a_turn_within_a_stretch_is_by_the_wheels_too():
     """One that turns on the spot: the later it heard the walls, the more its begin turns with the error of turns."""
-    early, late = (by_walls(0, drawn_alone(driven(0.5, 1.5)), 1, turning(range(*part)), EXACT, NUMBERS, MATCH)
-                   for part in ((0, 5), (15, 20)))
+    drawn = DrawnWalls(0, driven(0.5, 1.5), Pose(0.0, 0.0, 0.0))
+    early, late = (by_walls(drawn, turning(range(*part)), EXACT, NUMBERS, MATCH) for part in ((0, 5), (15, 20)))
     assert early.by_bias[2, 1] == pytest.approx(-0.1 * 3.0, abs=0.15)
     assert late.by_bias[2, 1] == pytest.approx(-0.1 * 18.0, abs=0.15)
 
@@ -155,22 +124,21 @@ def turning(which):
     numbers = [each for each in numbers if beams.range[each] < 1.5]
     hits = [(1.5 + beams.x[each] + beams.range[each] * math.cos(beams.heading[each]),
              beams.y[each] + beams.range[each] * math.sin(beams.heading[each])) for each in numbers]
-    return HeardWalls(stretch, Pose(1.5, 0.0, 0.0), np.array(numbers), np.array(hits))
+    return HeardWalls(1, stretch, np.array(numbers), np.array(hits), Pose(1.5, 0.0, 0.0), INFORMATION)
 
 
-def test_readings_that_say_nothing_tie_nothing():
-    drawn, stretch = drawn_alone(driven(0.5, 1.5)), driven(1.5, 2.5)
-    heard = of_end(stretch, Pose(1.0, 0.0, 0.0), drawn.walls)
-    assert by_walls(0, drawn, 1, heard._replace(pose=Pose(60.0, 0.0, 0.0)), EXACT, NUMBERS, MATCH) is None
-    assert by_walls(0, drawn, 1, heard._replace(hits=heard.hits + 50.0), EXACT, NUMBERS, MATCH) is None
-    assert by_walls(0, DrawnStretch(drawn.stretch, drawn.pose), 1, heard, EXACT, NUMBERS, MATCH) is None
+def test_walls_that_the_other_one_did_not_hear_tie_nothing():
+    stretch = driven(1.5, 2.5)
+    heard = HeardWalls(1, stretch, at_end(stretch), np.array(((50.0, 0.0),)), Pose(1.0, 0.0, 0.0), INFORMATION)
+    assert by_walls(DrawnWalls(0, driven(0.5, 1.5), Pose(0.0, 0.0, 0.0)), heard, EXACT, NUMBERS, MATCH) is None
 
 
-def test_poses_are_relative_to_the_first():
-    turned = drawn_alone(driven(0.5, 1.5), pose=Pose(2.0, 1.0, math.pi / 2))
-    walls = turned.walls[turned.walls[:, 1] > turned.walls[:, 1].max() - 0.1]
-    heard = of_end(driven(1.5, 2.5), Pose(2.0, 2.0, math.pi / 2), walls)
-    between = by_walls(0, turned, 1, heard, EXACT, NUMBERS, MATCH)
-    assert between.pose[:2] == pytest.approx((1.0, 0.0), abs=0.02)
-    assert relative(turned.pose, Pose(2.0, 2.0, math.pi / 2))[:2] == pytest.approx((1.0, 0.0))
-    assert np.linalg.norm(between.root[:, 0]) > 3.0 * np.linalg.norm(between.root[:, 1]), "the end tells the way along"
+@pytest.mark.parametrize("heading", [0.0, 0.7, math.pi / 2])
+def test_a_tie_is_as_sure_as_its_readings_but_for_some_slack(heading):
+    """The readings tell the way across y of the map, whatever the heading of the stretch that drew the walls."""
+    at = Pose(0.0, 0.0, heading)
+    root = tie(driven(0.5, 1.5), driven(1.5, 2.5), at, compose(at, Pose(1.0, 0.0, 0.0))).root
+    cosine, sine = math.cos(heading), math.sin(heading)
+    of_map = np.linalg.inv(root.T @ root)[:2, :2]
+    of_map = np.array(((cosine, -sine), (sine, cosine))) @ of_map @ np.array(((cosine, sine), (-sine, cosine)))
+    assert of_map == pytest.approx(np.diag((0.1 ** 2, 0.01 ** 2)) + NUMBERS.slack ** 2 * np.eye(2), abs=1e-6)
