@@ -37,7 +37,6 @@ A map where there is none:
 ``sonar_grid``       echoes become cells that are free or occupied
 ``stretch``          a metre of path and what was heard on it; ``wheel_motion``: without the errors of the wheels
 ``scan_match``       finds where a stretch lies on the map
-``ties``             what ties one stretch to another: odometry, and walls that both heard
 ``wall_directions``  tells the heading by walls that are square to each other
 ``pose_graph``       moves all stretches to where they agree best
 ``exploring``        where to go next, until all that can be reached is known

@@ -10,7 +10,7 @@ is the same.
 """
 
 import math
-from typing import Any, Iterator, List, Optional, Sequence, Tuple
+from typing import Any, Iterator, List, Optional, Sequence
 
 import numpy as np
 
@@ -18,11 +18,10 @@ from ..floor_poses import Pose, compose, relative, wrapped
 from ..maps import GridMap
 from ..robots import Transducer
 from .frames import wrapped_angles
-from .pose_graph import PoseGraph
+from .pose_graph import Between, PoseGraph
 from .scan_match import Match, match, wall_points
 from .sonar_grid import SonarBeams, SonarGrid, Votes
 from .stretch import Ears, Stretch
-from .ties import DrawnWalls, HeardWalls, by_odometry, by_walls
 from .tuned import MapNumbers, MapperNumbers, MatchNumbers, WallNumbers
 from .values import Sensing
 from .wall_directions import wall_directions
@@ -31,6 +30,7 @@ from .wheel_motion import path as wheel_path
 
 Array = Any     # of numpy
 
+_BIAS_STEP = 1e-4
 _MARGIN = 1.0
 """Unknown floor (m) round the map, so that a robot may be sent there."""
 _DREW = 0.05
@@ -175,7 +175,7 @@ class Mapper:
         self._way += stretch.way
         self._turned += stretch.turned
         self._graph.add_node(compose(self._graph.pose(number), stretch.end(self._graph.bias)))
-        self._graph.add(by_odometry(number, stretch, self._numbers))
+        self._graph.add(self._by_odometry(number))
         self._drawn.append(_Drawn(Stretch(time, self._ears)))
         self._drawn[-1].pose = self._graph.pose(number + 1)
         self._ended.append(number)
@@ -215,6 +215,24 @@ class Mapper:
         worst = int(moved.argmax())
         return worst if moved[worst] > 1.0 else None
 
+    def _by_odometry(self, number: int) -> Between:
+        """Return what odometry measured from the begin of a stretch to its end."""
+        stretch, numbers = self._drawn[number].stretch, self._numbers
+        plain = np.array(stretch.end(WheelBias()))
+        columns = []
+        for axis in range(3):
+            bias = [0.0, 0.0, 0.0]
+            bias[axis] = _BIAS_STEP
+            change = np.array(stretch.end(WheelBias(*bias))) - plain
+            change[2] = math.remainder(change[2], 2.0 * math.pi)
+            columns.append(change / _BIAS_STEP)
+        root_way = math.sqrt(stretch.way + 0.01)
+        turn = numbers.roll_turn * root_way + numbers.turn_turn * stretch.turned + 0.001
+        along = numbers.roll * root_way + 0.002
+        aside = along + 0.5 * turn * stretch.way
+        return Between(number, number + 1, Pose(*plain), np.diag((1.0 / along, 1.0 / aside, 1.0 / turn)),
+                       np.array(columns).T, False)
+
     def _look(self, number: int, share: float) -> Iterator[None]:
         """Find a stretch on what the others drew, let the graph know, and draw it there: a costly step at a time.
 
@@ -224,7 +242,7 @@ class Mapper:
                 whole window round that place: it may be farther away.
         """
         numbers = self._numbers
-        beams, which = self._readings(number)
+        beams = self._readings(number)
         if self._corrects and len(beams.x) >= numbers.least_count:
             pose, reach, turn = self._graph.pose(number), share * numbers.window, share * numbers.window_turn
             found = self._match(number, beams, pose, reach, turn)
@@ -235,7 +253,7 @@ class Mapper:
             self._graph.set_walls(number, wall_directions(self._heard_lately(number), self._wall_numbers))
             if found:
                 self._graph.untie(number)
-                self._tie(number, found, which[found.which])
+                self._tie(number, found)
                 yield
                 for _ in range(_ROUNDS):
                     self._graph.solve(1)
@@ -243,12 +261,12 @@ class Mapper:
         self._redraw(number)
         yield
 
-    def _readings(self, number: int) -> Tuple[SonarBeams, Array]:
-        """Return the echoes by which a stretch is found, relative to its begin, and their numbers in it."""
+    def _readings(self, number: int) -> SonarBeams:
+        """Return the echoes by which a stretch is found, relative to its begin."""
         beams = self._drawn[number].stretch.beams(self._graph.bias)
-        which = np.nonzero(beams.range < self._match_numbers.reach)[0]
-        which = which[::max(1, math.ceil(len(which) / self._numbers.most_readings))]
-        return beams.chosen(which), which
+        index = np.nonzero(beams.range < self._match_numbers.reach)[0]
+        index = index[::max(1, math.ceil(len(index) / self._numbers.most_readings))]
+        return beams.chosen(index)
 
     def _heard_lately(self, number: int) -> SonarBeams:
         """Return what a stretch heard, and those before it, relative to its begin by the wheels.
@@ -277,16 +295,11 @@ class Mapper:
             return None
         return found
 
-    def _tie(self, number: int, found: Match, which: Array) -> None:
+    def _tie(self, number: int, found: Match) -> None:
         """Tell the graph where a stretch was found relative to those that drew the walls that it heard.
 
         Each wall belongs to the stretch that drew most of it. So each reading counts once, and tells only about the
         stretch whose wall it heard.
-
-        Args:
-            number: of the stretch.
-            found: where it was found.
-            which: numbers of its readings that fit.
         """
         votes = np.array([_support(each.votes, found.hits, self._grid.numbers.resolution) for each in self._drawn])
         owner = np.where(votes.max(axis=0) > _DREW, votes.argmax(axis=0), number)
@@ -294,12 +307,20 @@ class Mapper:
         counts[number] = 0
         for other in np.argsort(-counts, kind="stable")[:int(self._numbers.contributors)]:
             if counts[other] >= _FEWEST_HITS:
-                its, drawn = owner == other, self._drawn[other]
-                heard = HeardWalls(number, self._drawn[number].stretch, which[its], found.hits[its], *found.alone(its))
-                tie = by_walls(DrawnWalls(int(other), drawn.stretch, drawn.pose), heard, self._graph.bias,
-                               self._numbers, self._match_numbers)
-                if tie is not None:
-                    self._graph.add(tie)
+                self._graph.add(self._tied(int(other), number, found, owner == other))
+
+    def _tied(self, other: int, number: int, found: Match, which: Array) -> Between:
+        """Return where some readings of a stretch have it, relative to the other one whose walls they heard."""
+        numbers = self._numbers
+        pose, information = found.alone(which)
+        slack = np.diag((numbers.slack ** 2, numbers.slack ** 2, numbers.slack_turn ** 2))
+        information = np.linalg.solve(np.eye(3) + information @ slack, information)
+        begin = self._graph.pose(other)
+        cosine, sine = math.cos(begin.heading), math.sin(begin.heading)
+        turned = np.array(((cosine, sine, 0.0), (-sine, cosine, 0.0), (0.0, 0.0, 1.0)))
+        values, vectors = np.linalg.eigh(turned @ information @ turned.T)
+        root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
+        return Between(other, number, relative(begin, pose), root, np.zeros((3, 3)), True)
 
     def _erase(self, number: int) -> None:
         """Take a stretch off the map."""

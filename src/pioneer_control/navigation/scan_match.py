@@ -43,8 +43,7 @@ class Match(NamedTuple):
         fit: share of the readings that fit, of those that say something.
         said: how many say something.
         hits: points (m) of the map's walls that were heard, one for each reading that fits, array (n, 2).
-        which: indices of these readings.
-        curves: parabolas of their log-likelihoods round `pose`, array (n, 10). See `_parabolas`.
+        curves: parabolas of these readings' log-likelihoods round `pose`, array (n, 10). See `_parabolas`.
         middle: point (m, map frame) round which the parabolas are turned.
     """
 
@@ -52,7 +51,6 @@ class Match(NamedTuple):
     fit: float
     said: int
     hits: Array
-    which: Array
     curves: Array
     middle: Array
 
@@ -137,7 +135,7 @@ def match(walls: Array, beams: SonarBeams, guess: Pose, reach: float, turn: floa
     index = np.arange(len(nearest))
     fits = np.abs(distance[index, nearest] + numbers.nearer - beams.range) < 2.0 * numbers.blur
     return Match(Pose(float(pose.x), float(pose.y), wrapped(float(pose.heading))), float(fits.mean()), len(fits),
-                 points[index, nearest][fits].astype(float), which[fits], curves[fits], _moved_point(pose, middle))
+                 points[index, nearest][fits].astype(float), curves[fits], _moved_point(pose, middle))
 
 
 def _searched(points: Array, beams: SonarBeams, guess: Pose, middle: Array, reach: float, turn: float,
