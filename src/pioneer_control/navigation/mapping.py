@@ -83,7 +83,7 @@ class Mapper:
         self._drawn: List[_Drawn] = []
         self._odometry: Optional[Pose] = None
         self._way = self._turned = 0.0
-        self._next = self._again = 0
+        self._next = 0
         self._ended: List[int] = []
         self._work = self._worker()
 
@@ -170,7 +170,7 @@ class Mapper:
 
     def _end_stretch(self, time: float) -> None:
         """End the present stretch, and begin the next one. The one that ended will be looked for on the map."""
-        number, self._again = len(self._drawn) - 1, 0
+        number = len(self._drawn) - 1
         stretch = self._drawn[number].stretch
         self._way += stretch.way
         self._turned += stretch.turned
@@ -184,8 +184,7 @@ class Mapper:
         """Correct the map without end, a costly step at each packet.
 
         Stretches that ended come first; then those that moved since they were drawn, the farthest one first; then each
-        in turn is looked for again: all that was drawn meanwhile tells better where it lies. When nothing new was drawn
-        in a whole turn, nothing is done until there is.
+        in turn is looked for again: all that was drawn meanwhile tells better where it lies.
         """
         while True:
             worst = self._moved()
@@ -200,8 +199,7 @@ class Mapper:
                     if worst is None:
                         break
                 yield
-            elif self._again < len(self._drawn) - 1:
-                self._again += 1
+            elif len(self._drawn) > 1:
                 self._next = (self._next + 1) % (len(self._drawn) - 1)
                 yield from self._look(self._next, self._numbers.again)
             else:

@@ -160,18 +160,6 @@ def test_standing_teaches_nothing_new():
     assert changed < 30
 
 
-def test_what_is_not_added_to_is_not_corrected_for_ever():
-    """A stretch fits a map that is too large as well as a true one: looked for again and again, a map would grow."""
-    sensings, truth = rounds(0.02, 1)
-    mapper, _ = mapped(sensings, truth[0])
-    poses = []
-    for number in range(1500):
-        mapper.update(sensings[-1]._replace(time=sensings[-1].time + 0.1 * (number + 1), firings=()))
-        poses.append(mapper.path())
-    assert (poses[-1][:len(truth)] == poses[600][:len(truth)]).all()
-    assert (poses[-1][:len(truth)] != poses[0][:len(truth)]).any(), "what was drawn last tells of all before"
-
-
 def cells_of(grid_map):
     rows, columns = np.indices(grid_map.cells.shape)
     return grid_map.middle(rows.ravel(), columns.ravel())
