@@ -19,7 +19,7 @@ import rospy
 import rostest
 from std_srvs.srv import SetBool
 
-from pioneer_control.bags.reader import read_bag
+from pioneer_control.bags.reader import decode, read_bag
 from pioneer_control.bags.recording.when_recording import subscribed
 from pioneer_control.bags.replaying.commands import aside, is_command
 from pioneer_control.bags.replaying.programs import connected, graph
@@ -77,6 +77,12 @@ def record(bag):
 def decisions_in(bag):
     """Return how many decisions of the robot a bag has."""
     return sum(1 for _ in read_bag(bag, lambda connection: connection.topic == "/pioneer/decision"))
+
+
+def stamps_in(bag, topic):
+    """Return the stamps (s) of the messages of a topic, in their order."""
+    return [decode(connection, data).header.stamp.to_sec()
+            for _, connection, data, _ in read_bag(bag, lambda connection: connection.topic == topic)]
 
 
 class Replay(unittest.TestCase):
@@ -141,9 +147,11 @@ class Replay(unittest.TestCase):
                             "%s is not what was recorded" % topic)
 
     def test_2_all_that_was_decided_is_in_the_bag(self):
-        recorded = decisions_in(self.bag)
-        self.assertEqual(recorded, self.decisions)
-        self.assertGreater(recorded, 0)
+        decided, heard = (stamps_in(self.bag, "/pioneer/" + name) for name in ("decision", "sonar"))
+        self.assertEqual(len(decided), self.decisions)
+        self.assertEqual(decided, [each for each in heard if decided[0] <= each <= decided[-1]], "one for each message")
+        after = next(each for each in heard if each > decided[-1])
+        self.assertGreater(after - decided[0], WANDER - 0.001, "the first message without one is after the end")
 
     def rerun(self, *arguments):
         """Return the output of the re-run, and its exit code."""
