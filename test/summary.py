@@ -13,6 +13,10 @@ from typing import List, NamedTuple
 KINDS = ("unit", "mypy", "flake8", "messages", "integration", "browser", "rostest")
 SLOWEST = 10
 """So many tests are named."""
+REASON = 300
+"""Characters of the reason of a failure that are shown."""
+TRACEBACK = '\n  File "'
+"""Where a traceback begins."""
 
 
 class Timing(NamedTuple):
@@ -37,6 +41,15 @@ class Outcome(NamedTuple):
     ignores: int = 0
 
 
+def reason(fault: ElementTree.Element) -> str:
+    """Return in one line why a test failed: ``fault`` is the <failure> or <error> of a JUnit file.
+
+    pytest writes the reason into ``message``. rosunit writes it before the traceback, and the exception into ``type``.
+    """
+    said = fault.get("message") or "%s: %s" % (fault.get("type"), (fault.text or "").split(TRACEBACK)[0])
+    return " ".join(said.split())[:REASON]
+
+
 def suite_outcome(suite: pathlib.Path) -> Outcome:
     """Return the outcome of one suite's folder."""
     passed, failed, skipped, timings, ignores = 0, [], 0, [], 0
@@ -51,8 +64,9 @@ def suite_outcome(suite: pathlib.Path) -> Outcome:
         for case in tree.iter("testcase"):
             name = "%s: %s.%s" % (suite.name, case.get("classname"), case.get("name"))
             timings.append(Timing(float(case.get("time") or 0.0), name))
-            if case.find("failure") is not None or case.find("error") is not None:
-                failed.append(name)
+            fault = next((each for each in case if each.tag in ("failure", "error")), None)
+            if fault is not None:
+                failed.append("%s: %s" % (name, reason(fault)))
             elif case.find("skipped") is not None:
                 skipped += 1
             else:

@@ -11,7 +11,7 @@ import subprocess
 import tempfile
 import threading
 import unittest
-from collections import defaultdict
+from collections import defaultdict, deque
 
 import rosgraph
 import rosnode
@@ -20,7 +20,6 @@ import rostest
 from std_srvs.srv import SetBool
 
 from pioneer_control.bags.reader import decode, read_bag
-from pioneer_control.bags.recording.when_recording import subscribed
 from pioneer_control.bags.replaying.commands import aside, is_command
 from pioneer_control.bags.replaying.programs import connected, graph
 from pioneer_control.message_values import GripCommand
@@ -32,6 +31,8 @@ PLAYER = "/play_bag"
 WANDER = 6  # s
 SEED, SPEED = 7, 0.3
 FAST = "-r 4"
+LAST_TOPIC = "/rosout"
+"""The recorder subscribes to its topics one after another, in the order of config/record.yaml. This is the last one."""
 RENUMBERED = {"/rosout": 4}
 """Bytes at the begin of messages that rosbag play writes anew.
 
@@ -48,11 +49,11 @@ def end(process):
 def record(bag):
     """Record a seeded wander, from its first message to after its last.
 
-    Returns how many decisions a second subscriber heard.
+    Returns how many decisions were published: a second subscriber hears it from the number of the last one.
     """
-    told, ended = [], threading.Event()
+    numbers, ended = deque(maxlen=1), threading.Event()
     subscribers = [
-        rospy.Subscriber("/pioneer/decision", Decision, told.append),
+        rospy.Subscriber("/pioneer/decision", Decision, lambda m: numbers.append(m.header.seq)),
         rospy.Subscriber("/pioneer/gripper_control", GripperState,
                          lambda m: m.grip.state == GripCommand.CLOSE and ended.set())]
     recorder = subprocess.Popen(["roslaunch", "pioneer_control", "record.launch", "bag:=%s" % bag],
@@ -60,7 +61,8 @@ def record(bag):
     program = None
     try:
         master = rosgraph.Master(rospy.get_name())
-        wait_until("the recorder listens", lambda: subscribed("/pioneer/recorder", master.getSystemState()))
+        wait_until("the recorder listens to all", lambda: {"/pioneer/decision", LAST_TOPIC} <= {
+            topic for topic, nodes in master.getSystemState()[1] if "/pioneer/recorder" in nodes})
         for name, value in (("duration", WANDER), ("seed", SEED), ("speed", SPEED), ("stop_at_can", False)):
             rospy.set_param("/rosPioneer2/%s" % name, value)
         program = subprocess.Popen(["rosrun", "pioneer_control", "rosPioneer2.py"])
@@ -71,18 +73,13 @@ def record(bag):
         end(recorder)
         for subscriber in subscribers:
             subscriber.unregister()
-    return len(told)
+    return numbers[-1]
 
 
-def decisions_in(bag):
-    """Return how many decisions of the robot a bag has."""
-    return sum(1 for _ in read_bag(bag, lambda connection: connection.topic == "/pioneer/decision"))
-
-
-def stamps_in(bag, topic):
-    """Return the stamps (s) of the messages of a topic, in their order."""
-    return [decode(connection, data).header.stamp.to_sec()
-            for _, connection, data, _ in read_bag(bag, lambda connection: connection.topic == topic)]
+def headers_in(bag, name):
+    """Return the headers of the messages of a topic of the robot, in their order."""
+    return [decode(connection, data).header
+            for _, connection, data, _ in read_bag(bag, lambda connection: connection.topic == "/pioneer/" + name)]
 
 
 class Replay(unittest.TestCase):
@@ -147,8 +144,10 @@ class Replay(unittest.TestCase):
                             "%s is not what was recorded" % topic)
 
     def test_2_all_that_was_decided_is_in_the_bag(self):
-        decided, heard = (stamps_in(self.bag, "/pioneer/" + name) for name in ("decision", "sonar"))
-        self.assertEqual(len(decided), self.decisions)
+        headers = headers_in(self.bag, "decision")
+        self.assertEqual([header.seq for header in headers], list(range(1, self.decisions + 1)))
+        decided = [header.stamp.to_sec() for header in headers]
+        heard = [header.stamp.to_sec() for header in headers_in(self.bag, "sonar")]
         self.assertEqual(decided, [each for each in heard if decided[0] <= each <= decided[-1]], "one for each message")
         after = next(each for each in heard if each > decided[-1])
         self.assertGreater(after - decided[0], WANDER - 0.001, "the first message without one is after the end")
@@ -165,7 +164,7 @@ class Replay(unittest.TestCase):
                       said)
         self.assertIn("commands THE SAME", said)
         self.assertEqual(code, 0)
-        self.assertEqual(decisions_in(self.bag[:-4] + "-rerun.bag"), self.decisions)
+        self.assertEqual(len(headers_in(self.bag[:-4] + "-rerun.bag", "decision")), self.decisions)
         self.assertFalse(rospy.get_param("/use_sim_time", False), "it leaves the time as it was")
         self.assertFalse(rospy.has_param("/rosPioneer2"), "it leaves no parameters")
 

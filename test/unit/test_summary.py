@@ -48,6 +48,19 @@ def test_failures_and_errors_count_and_are_named(results, capsys, case):
     assert "FAILED rostest suite: c." in output
 
 
+@pytest.mark.parametrize("fault, reason", [
+    ('<failure type="AssertionError">58 != 60 : of\nthe wander\n  File "x.py", line 3, in test\n    f()\n</failure>',
+     "AssertionError: 58 != 60 : of the wander"),
+    ('<error type="StopIteration">\n  File "x.py", line 3, in test\n</error>', "StopIteration:"),
+    ('<failure message="AssertionError: assert 1 == 2&#10;  where 1 = f()">def test(): ...</failure>',
+     "AssertionError: assert 1 == 2 where 1 = f()"),
+    ('<failure message="%s"/>' % ("x" * 301), "x" * 300)], ids=("of rosunit", "without a text", "of pytest", "long"))
+def test_a_failure_is_shown_with_its_reason(results, capsys, fault, reason):
+    write_suite(results, "rostest", "suite", '<testcase classname="c" name="bad">%s</testcase>' % fault)
+    summary.main(str(results))
+    assert "FAILED rostest suite: c.bad: %s\n" % reason in capsys.readouterr().out
+
+
 def test_what_rostest_writes_twice_counts_once(results, capsys):
     write_suite(results, "rostest", "suite", GOOD, report="rostest-test_suite.xml")
     summary.main(str(results))
