@@ -40,6 +40,7 @@ class Terminal:
         os.close(terminal)
         self.said = ""
         self._held = None
+        self._finger = threading.Lock()
         self._ended = threading.Event()
         for run in (self._listen, self._press):
             threading.Thread(target=run, daemon=True).start()
@@ -51,8 +52,9 @@ class Terminal:
 
     def _press(self):
         while not self._ended.wait(REPEAT):
-            if self._held is not None:
-                self.type(self._held)
+            with self._finger:
+                if self._held is not None:
+                    self.type(self._held)
 
     def type(self, key):
         with contextlib.suppress(OSError):
@@ -62,7 +64,9 @@ class Terminal:
         self._held = key
 
     def let_go(self):
-        self._held = None
+        """Type no more: a key that is just repeated comes before what is typed next."""
+        with self._finger:
+            self._held = None
 
     def close(self):
         self._ended.set()
