@@ -77,8 +77,8 @@ class Mapper:
         self._numbers, self._match_numbers, self._wall_numbers = numbers, match_numbers, wall_numbers
         self._corrects = corrects
         self._grid = SonarGrid(map_numbers)
-        self._graph = PoseGraph(pose, (numbers.distance_bias, numbers.turning_bias, numbers.veer_bias), numbers.doubt,
-                                wall_numbers)
+        spread = numbers.distance_bias, numbers.turning_bias, numbers.veer_bias, numbers.size_error
+        self._graph = PoseGraph(pose, spread, numbers.doubt, wall_numbers)
         self._ears = Ears(transducers)
         self._drawn: List[_Drawn] = []
         self._odometry: Optional[Pose] = None
@@ -218,10 +218,8 @@ class Mapper:
         stretch, numbers = self._drawn[number].stretch, self._numbers
         plain = np.array(stretch.end(WheelBias()))
         columns = []
-        for axis in range(3):
-            bias = [0.0, 0.0, 0.0]
-            bias[axis] = _BIAS_STEP
-            change = np.array(stretch.end(WheelBias(*bias))) - plain
+        for bias in WheelBias(turning=_BIAS_STEP), WheelBias(veer=_BIAS_STEP):
+            change = np.array(stretch.end(bias)) - plain
             change[2] = math.remainder(change[2], 2.0 * math.pi)
             columns.append(change / _BIAS_STEP)
         root_way = math.sqrt(stretch.way + 0.01)
@@ -318,7 +316,7 @@ class Mapper:
         turned = np.array(((cosine, sine, 0.0), (-sine, cosine, 0.0), (0.0, 0.0, 1.0)))
         values, vectors = np.linalg.eigh(turned @ information @ turned.T)
         root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
-        return Between(other, number, relative(begin, pose), root, np.zeros((3, 3)), True)
+        return Between(other, number, relative(begin, pose), root, np.zeros((3, 2)), True)
 
     def _erase(self, number: int) -> None:
         """Take a stretch off the map."""

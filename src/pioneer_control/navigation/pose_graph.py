@@ -1,10 +1,13 @@
 """Poses that agree best with all that was measured between them: a pose graph.
 
-It also estimates the lasting errors of the wheels: what odometry measured between two poses depends on these. Solved by
-Gauss-Newton with sparse matrices. A measurement that disagrees with all others counts little (Cauchy's weight). Where
-five of the walls that were heard, and half of all, are square to each other, the nodes are turned so that these walls
-face one way, or square to it; which way that is, is one more unknown. Where they are not, doubted measurements count
-less.
+It also estimates the lasting errors of the wheels: what odometry measured between two poses depends on these. A pose
+that was found on the map tells the map's shape, but not its size: readings fit walls that are a little too far apart as
+well as true ones. So by how much the map is too large is one more unknown, and the wheels tell the size.
+
+Solved by Gauss-Newton with sparse matrices. A measurement that disagrees with all others counts little (Cauchy's
+weight). Where five of the walls that were heard, and half of all, are square to each other, the nodes are turned so
+that these walls face one way, or square to it; which way that is, is one more unknown. Where they are not, what was
+found on the map counts less.
 """
 
 from typing import Any, NamedTuple, Sequence, Tuple
@@ -32,8 +35,10 @@ class Between(NamedTuple):
         first, second: numbers of the nodes.
         pose: pose of the second relative to the first.
         root: matrix W (3 x 3) with W^T W = inverse of the covariance (m, m, rad).
-        by_bias: matrix (3 x 3): how the measured pose changes with the bias of the wheels. Zero if it does not.
-        doubted: whether it may be entirely wrong.
+        by_bias: matrix (3 x 2): how a pose measured by the wheels changes with the turning and the veer of their bias.
+            Zero if the pose was found on the map.
+        on_map: whether it was found on the map. Then it may be entirely wrong, and is too large by as much as the map.
+            Else it is too short by as much as the wheels measure too little.
     """
 
     first: int
@@ -41,15 +46,15 @@ class Between(NamedTuple):
     pose: Pose
     root: Array
     by_bias: Array
-    doubted: bool
+    on_map: bool
 
 
 _MEASURED = np.dtype([("first", int), ("second", int), ("pose", float, 3), ("root", float, (3, 3)),
-                      ("by_bias", float, (3, 3)), ("doubted", bool)])
+                      ("by_bias", float, (3, 2)), ("on_map", bool)])
 """`Between`, as a table has it: it is solved many times between two changes."""
 _WALL = np.dtype([("node", int), ("heading", float), ("deviation", float)])
-_SHARED = 4
-"""Unknowns that all nodes share: the three of the wheels' bias, and the direction that square walls face."""
+_SHARED = 5
+"""Unknowns that all nodes share: the wheels' bias (3), the map's error of size, and the direction of square walls."""
 
 
 class PoseGraph:
@@ -57,8 +62,9 @@ class PoseGraph:
 
     Args:
         pose: of the first node.
-        spread: standard deviations of the wheels' bias that are expected: share, share, rad/m.
-        doubt: a doubted measurement that is off by this many standard deviations counts half.
+        spread: standard deviations that are expected: of the wheels' bias (share, share, rad/m), and of the map's size
+            (share).
+        doubt: a measurement on the map that is off by this many standard deviations counts half.
         wall_numbers: which walls are held square.
 
     Attributes:
@@ -66,10 +72,11 @@ class PoseGraph:
         bias: of the wheels.
     """
 
-    def __init__(self, pose: Pose, spread: Tuple[float, float, float], doubt: float,
+    def __init__(self, pose: Pose, spread: Tuple[float, float, float, float], doubt: float,
                  wall_numbers: WallNumbers = WallNumbers()) -> None:
         self.poses = np.array([pose], dtype=float)
         self.bias = WheelBias()
+        self._size_error = 0.0   # the share by which the map is too large
         self._spread, self._doubt, self._wall_numbers = np.array(spread), doubt, wall_numbers
         self._measured, self._walls = np.zeros(0, _MEASURED), np.zeros(0, _WALL)
 
@@ -83,9 +90,9 @@ class PoseGraph:
         self._measured = np.concatenate((self._measured, np.array([tuple(between)], _MEASURED)))
 
     def untie(self, second: int) -> None:
-        """Forget the doubted measurements of a node relative to others, before it is measured anew."""
+        """Forget where a node was found on the map, before it is looked for anew."""
         table = self._measured
-        self._measured = table[~(table["doubted"] & (table["second"] == second))]
+        self._measured = table[~(table["on_map"] & (table["second"] == second))]
 
     def set_walls(self, node: int, walls: Sequence[WallDirection]) -> None:
         """Take the directions (rad, relative to the node) of the walls that were heard at a node, instead of those that
@@ -108,31 +115,33 @@ class PoseGraph:
         # The last bits depend on how a library of linear algebra was built and loaded. The same data give the same map.
         self.poses = np.round(self.poses, _DECIMALS)
         self.bias = WheelBias(*(round(float(each), _DECIMALS) for each in self.bias))
+        self._size_error = round(self._size_error, _DECIMALS)
 
-    def _step(self, first: Array, second: Array, measured: Array, root: Array, by_bias: Array, doubted: Array) -> None:
+    def _step(self, first: Array, second: Array, measured: Array, root: Array, by_bias: Array, on_map: Array) -> None:
         """Make one step of Gauss-Newton."""
-        error, blocks = self._linear(first, second, measured, root, by_bias)
+        error, blocks = self._linear(first, second, measured, root, by_bias, on_map)
         node, off, walls_weight = self._square()
         # A stretch is found on what its neighbours drew, and errs as they do: it confirms a bend that is not there, and
         # an error of the wheels that they do not have. Where no walls hold the headings, odometry is trusted more.
         few = len(self._walls) < self._wall_numbers.least_walls
         trust = 1.0 if few or len(node) else self._wall_numbers.ties_alone
-        weight = np.where(doubted, trust / (1.0 + (error ** 2).sum(axis=1) / self._doubt ** 2), 1.0) ** 0.5
-        blocks *= weight[:, None, None, None]
+        weight = np.where(on_map, trust / (1.0 + (error ** 2).sum(axis=1) / self._doubt ** 2), 1.0) ** 0.5
+        blocks *= weight[:, None, None]
         error *= weight[:, None]
-        bias = np.array(self.bias)
+        expected = np.array((*self.bias, self._size_error))
         shared = 3 * len(self.poses)
-        place = np.stack((3 * first, 3 * second, np.full(len(first), shared)), axis=1)
-        row = np.broadcast_to((3 * np.arange(len(first)))[:, None, None, None] + np.arange(3)[:, None], blocks.shape)
-        column = np.broadcast_to(place[:, :, None, None] + np.arange(3), blocks.shape)
-        # Below these the bias that is expected; the walls; and the direction that these face, which may be any.
+        place = np.concatenate((3 * first[:, None] + np.arange(3), 3 * second[:, None] + np.arange(3),
+                                np.tile(shared + np.arange(len(expected)), (len(first), 1))), axis=1)
+        row = np.broadcast_to((3 * np.arange(len(first)))[:, None, None] + np.arange(3)[:, None], blocks.shape)
+        column = np.broadcast_to(place[:, None], blocks.shape)
+        # Below these the errors that are expected of wheels and size; the walls; and their direction, which may be any.
         held = 3 * len(first) + np.arange(_SHARED)
         walls_row = held[-1] + 1 + np.arange(len(node))
         row = np.concatenate((row.ravel(), held, walls_row, walls_row))
         column = np.concatenate((column.ravel(), shared + np.arange(_SHARED), 3 * node + 2,
                                  np.full(len(node), shared + _SHARED - 1)))
         value = np.concatenate((blocks.ravel(), 1.0 / self._spread, (1.0,), walls_weight, -walls_weight))
-        error = np.concatenate((error.ravel(), bias / self._spread, (0.0,), off * walls_weight))
+        error = np.concatenate((error.ravel(), expected / self._spread, (0.0,), off * walls_weight))
         # Without the first three columns: the first node stays.
         slope = coo_matrix((value, (row, column)), shape=(len(error), shared + _SHARED)).tocsc()[:, 3:]
         # The matrix is symmetric and positive: said so, it is factorized several times as fast.
@@ -140,27 +149,32 @@ class PoseGraph:
                        options={"SymmetricMode": True})
         step = -factors.solve(slope.T @ error)
         self.poses[1:] += step[:-_SHARED].reshape(-1, 3)
-        self.bias = WheelBias(*(bias + step[-_SHARED:-1]))
+        *bias, self._size_error = map(float, expected + step[-_SHARED:-1])
+        self.bias = WheelBias(*bias)
 
-    def _linear(self, first: Array, second: Array, measured: Array, root: Array, by_bias: Array) -> Tuple[Array, Array]:
-        """Return by how many standard deviations the measurements are off, array (n, 3), and how that changes with the
-        poses of both nodes and with the bias of the wheels, array (n, 3 of these, 3, 3).
+    def _linear(self, first: Array, second: Array, measured: Array, root: Array, by_bias: Array,
+                on_map: Array) -> Tuple[Array, Array]:
+        """Return by how many standard deviations the measurements are off, array (n, 3), and how that changes with both
+        poses (3 each), the bias of the wheels (3), and the map's error of size, array (n, 3, 10).
         """
-        start, way = self.poses[first], self.poses[second] - self.poses[first]
-        cosine, sine = np.cos(start[:, 2]), np.sin(start[:, 2])
-        error = np.empty_like(measured)
-        expected = measured + np.einsum("nij,j->ni", by_bias, np.array(self.bias))
-        error[:, 0] = cosine * way[:, 0] + sine * way[:, 1] - expected[:, 0]
-        error[:, 1] = -sine * way[:, 0] + cosine * way[:, 1] - expected[:, 1]
-        error[:, 2] = wrapped_angles(way[:, 2] - expected[:, 2])
-        by_second, by_first = np.zeros((len(first), 3, 3)), np.zeros((len(first), 3, 3))
-        by_second[:, 0, 0] = by_second[:, 1, 1] = cosine
-        by_second[:, 0, 1], by_second[:, 1, 0], by_second[:, 2, 2] = sine, -sine, 1.0
-        by_first[:] = -by_second
-        by_first[:, 0, 2] = -sine * way[:, 0] + cosine * way[:, 1]
-        by_first[:, 1, 2] = -cosine * way[:, 0] - sine * way[:, 1]
-        blocks = np.stack([np.einsum("nij,njk->nik", root, each) for each in (by_first, by_second, -by_bias)], axis=1)
-        return np.einsum("nij,nj->ni", root, error), blocks
+        heading, way = self.poses[first, 2], self.poses[second] - self.poses[first]
+        cosine, sine = np.cos(heading), np.sin(heading)
+        ahead, aside = cosine * way[:, 0] + sine * way[:, 1], cosine * way[:, 1] - sine * way[:, 0]
+        # What errs in size changes the way, not what was measured: else all would shrink, as errors shrink with it.
+        size = np.where(on_map, 1.0 + self._size_error, 1.0 / (1.0 + self.bias.distance))
+        error = np.stack((size * ahead, size * aside, way[:, 2]), axis=1)
+        error -= measured + np.einsum("nij,j->ni", by_bias, np.array((self.bias.turning, self.bias.veer)))
+        error[:, 2] = wrapped_angles(error[:, 2])
+        slope = np.zeros((len(first), 3, 10))
+        slope[:, 0, 3] = slope[:, 1, 4] = size * cosine
+        slope[:, 0, 4], slope[:, 1, 3], slope[:, 2, 5] = size * sine, -size * sine, 1.0
+        slope[:, :, :3] = -slope[:, :, 3:6]
+        slope[:, 0, 2], slope[:, 1, 2] = size * aside, -size * ahead
+        by_distance, by_size_error = np.where(on_map, 0.0, -size ** 2), np.where(on_map, 1.0, 0.0)
+        slope[:, 0, 6], slope[:, 1, 6] = by_distance * ahead, by_distance * aside
+        slope[:, :, 7:9] = -by_bias
+        slope[:, 0, 9], slope[:, 1, 9] = by_size_error * ahead, by_size_error * aside
+        return np.einsum("nij,nj->ni", root, error), np.einsum("nij,njk->nik", root, slope)
 
     def _square(self) -> Tuple[Array, Array, Array]:
         """Return of the walls that are square to each other the nodes, how far they are off (rad), and their weights.

@@ -228,9 +228,11 @@ class SteeringNumbers:
                                      "s")
     retrace_narrower: float = parameter(0.04, Number(0, 0.2), "it counts as so much narrower on each side while it goes"
                                         " back over floor that it just drove", "m")
-    dawdle_after: float = parameter(8.0, Number(0, 600), "time without a way after which slow moves cost more, too",
-                                    "s")
-    most_dawdling: float = parameter(0.5, Number(0, 10), "what they cost more at most, when all but standing", "m")
+    dawdle_after: float = parameter(
+        8.0, Number(0, 600), "time without a way after which slow moves cost more, and turning back on the spot", "s")
+    most_dawdling: float = parameter(
+        0.5, Number(0, 10), "what slow moves cost more at most, when all but standing", "m")
+    turns_on: float = parameter(11.0, Number(1, 100), "turning back on the spot costs so many times as much then")
     arrived: float = parameter(0.035, Number(0.005, 0.5), "distance from the goal that is good enough", "m")
     arrived_at_last: float = parameter(
         0.1, Number(0.005, 0.5), "distance from the goal that is good enough where it has no way on for a while", "m")
@@ -361,6 +363,7 @@ class MapperNumbers:
     distance_bias: float = parameter(0.03, Number(0.0, 0.1), "expected error of the wheels' size, as a share")
     turning_bias: float = parameter(0.05, Number(0.0, 0.2), "expected error of turns, as a share")
     veer_bias: float = parameter(0.012, Number(0.0, 0.1), "expected error of straight lines", "rad/m")
+    size_error: float = parameter(0.1, Number(0.0001, 1.0), "expected error of the map's size, as a share")
     doubt: float = parameter(3.0, Number(0.5, 20.0), "a found pose that is off by so many deviations counts half")
     redrawn: float = parameter(0.01, Number(0.001, 0.2), "a stretch that moved so far is drawn anew", "m")
     redrawn_turn: float = parameter(0.006, Number(0.0005, 0.1), "the same for its heading", "rad")

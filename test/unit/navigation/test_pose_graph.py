@@ -10,14 +10,14 @@ from pioneer_control.navigation.pose_graph import Between, PoseGraph
 from pioneer_control.navigation.tuned import WallNumbers
 from pioneer_control.navigation.wall_directions import WallDirection
 
-NONE = np.zeros((3, 3))
+NONE = np.zeros((3, 2))
 TRUSTING = WallNumbers(ties_alone=1.0)
 """Places that were found count in full, also where no walls are held square."""
 
 
 def square(bend=0.0, by_bias=NONE):
     """A way round a square, 8 steps of 1 m; odometry turns too far by `bend` (rad) each."""
-    truth, graph = [Pose(0.0, 0.0, 0.0)], PoseGraph(Pose(0.0, 0.0, 0.0), (0.1, 0.1, 0.1), 3.0, TRUSTING)
+    truth, graph = [Pose(0.0, 0.0, 0.0)], PoseGraph(Pose(0.0, 0.0, 0.0), (0.1, 0.1, 0.1, 0.1), 3.0, TRUSTING)
     for number in range(8):
         step = Pose(1.0, 0.0, math.pi / 2 if number % 2 else 0.0)
         truth.append(compose(truth[-1], step))
@@ -47,8 +47,8 @@ def test_a_loop_that_closes_takes_the_error_out():
 
 
 def test_what_lasts_is_put_on_the_wheels():
-    by_veer = np.zeros((3, 3))
-    by_veer[2, 2] = 1.0
+    by_veer = np.zeros((3, 2))
+    by_veer[2, 1] = 1.0
     graph, truth = square(0.05, by_veer)
     graph.add(closing(truth, 0, 8))
     graph.solve(10)
@@ -74,8 +74,42 @@ def test_what_is_untied_counts_no_more():
     assert graph.poses == pytest.approx(before)
 
 
+def along(size_error, measured, ways):
+    """Return a solved graph: 40 steps of 1 m by odometry, which is exact, and what was found on the map.
+
+    Args:
+        size_error: the share by which the map is expected to be too large or too small.
+        measured: the length of a metre on the map, for each way from one node to one behind it.
+        ways: how many nodes the nodes of each measurement on the map are apart.
+    """
+    graph = PoseGraph(Pose(0.0, 0.0, 0.0), (0.03, 0.05, 0.012, size_error), 3.0, TRUSTING)
+    for number in range(40):
+        graph.add_node(Pose(number + 1.0, 0.0, 0.0))
+        graph.add(Between(number, number + 1, Pose(1.0, 0.0, 0.0), np.diag((100.0, 100.0, 100.0)), NONE, False))
+    measurements = iter(measured)
+    for apart in ways:
+        for first in range(40 - apart + 1):
+            graph.add(Between(first, first + apart, Pose(apart * next(measurements), 0.0, 0.0),
+                              np.diag((50.0, 50.0, 50.0)), NONE, True))
+    graph.solve(20)
+    return graph
+
+
+def test_the_wheels_tell_the_size_of_a_map_that_is_too_large():
+    """All that was found on a map that is 2 % too large measures 2 % too much."""
+    ways = (1, 2, 3, 4)
+    assert along(0.1, [1.02] * 160, ways).pose(40).x == pytest.approx(40.0, rel=0.002)
+    assert along(0.0001, [1.02] * 160, ways).pose(40).x == pytest.approx(40.0 * 1.02, rel=0.002)    # taken as it is
+
+
+def test_errors_of_what_was_found_on_the_map_do_not_make_it_smaller():
+    """A smaller map would have smaller errors; so errors are told by the size that the map has."""
+    noise = np.random.default_rng(3).normal(1.0, 0.03, 160)
+    assert along(1.0, noise, (1, 2, 3, 4)).pose(40).x == pytest.approx(40.0, rel=0.001)
+
+
 def test_without_measurements_nothing_moves():
-    graph = PoseGraph(Pose(1.0, 2.0, 0.5), (0.1, 0.1, 0.1), 3.0)
+    graph = PoseGraph(Pose(1.0, 2.0, 0.5), (0.1, 0.1, 0.1, 0.1), 3.0)
     graph.solve()
     assert graph.pose(0) == Pose(1.0, 2.0, 0.5)
 
@@ -96,7 +130,7 @@ WALLS = (WallDirection(0.3, 0.01), WallDirection(0.3 - math.pi / 2, 0.01))
 
 def test_walls_that_are_square_keep_a_way_straight():
     wrong = Pose(1.0, 0.0, 0.05)
-    plain, held = (PoseGraph(Pose(0.0, 0.0, 0.0), (0.1, 0.1, 0.1), 3.0) for _ in range(2))
+    plain, held = (PoseGraph(Pose(0.0, 0.0, 0.0), (0.1, 0.1, 0.1, 0.1), 3.0) for _ in range(2))
     for graph in (plain, held):
         for number in range(12):
             if graph is held:
@@ -116,9 +150,9 @@ def slanting(node):
 def bent_by_ties(walls, numbers):
     """Return how far (rad) a straight way is bent by ties to neighbours that all err alike; odometry does not."""
     step, wrong = Pose(1.0, 0.0, 0.0), Pose(2.0, 0.0, 0.08)
-    by_veer = np.zeros((3, 3))
-    by_veer[2, 2] = 1.0
-    graph = PoseGraph(Pose(0.0, 0.0, 0.0), (0.03, 0.05, 0.012), 3.0, numbers)
+    by_veer = np.zeros((3, 2))
+    by_veer[2, 1] = 1.0
+    graph = PoseGraph(Pose(0.0, 0.0, 0.0), (0.03, 0.05, 0.012, 0.1), 3.0, numbers)
     for number in range(12):
         graph.set_walls(number, walls(number))
         graph.add_node(compose(graph.pose(number), step))
