@@ -124,7 +124,9 @@ class Steering:
             if not allowed[:-1].any():
                 allowed = self._retraced(velocity, around, live, trail)
         cost = self._costs(pose, velocity, plan)
-        cost += self._tuned.reversal_weight * ((self._linear == 0.0) & (self._angular * told.angular < 0.0))
+        # In a corner it may turn to either side and has no way on: then it turns on to one side, until it sees one.
+        often = self._tuned.turns_on if blocked > self._tuned.dawdle_after else 1.0
+        cost += often * self._tuned.reversal_weight * ((self._linear == 0.0) & (self._angular * told.angular < 0.0))
         cost[-1] += self._tuned.impatience * max(0.0, blocked - 1.0)
         # Slow moves to and fro lead nowhere; a faster one that costs more at first may.
         cost += min(self._tuned.most_dawdling, self._tuned.impatience * max(0.0, blocked - self._tuned.dawdle_after)

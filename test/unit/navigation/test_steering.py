@@ -114,6 +114,18 @@ def test_slow_moves_that_lead_nowhere_give_way_to_faster_ones():
     assert abs(faster.linear) > 0.1 or abs(faster.angular) > 0.4
 
 
+@pytest.mark.parametrize("side", [1, -1])
+def test_with_no_way_on_for_long_it_turns_on_to_the_side_to_which_it_turns(side):
+    """In a corner behind a post (4933) it turned to and fro by 10 degrees, to where its way should lead on."""
+    told, plan = Twist(0.0, 0.3 * side), FLOOR.to((4.5, 2.0))
+
+    def turn(blocked):
+        return STEERING.choose(Pose(1.5, 2.0, side), STOP, around(), (), plan, blocked, told).twist.angular
+    assert turn(0.0) * side < 0.0
+    assert turn(7.9) * side < 0.0
+    assert turn(8.1) * side > 0.0
+
+
 def test_pushed_against_a_wall_it_drives_away_from_it():
     back_to_the_wall = around(wall(-0.305))
     assert choose((4.5, 2.0), what=back_to_the_wall).twist.linear > 0.1
