@@ -18,7 +18,7 @@ from ..floor_poses import Pose, compose, relative, wrapped
 from ..maps import GridMap
 from ..robots import Transducer
 from .frames import wrapped_angles
-from .pose_graph import Between, PoseGraph
+from .pose_graph import Between, PoseGraph, Source
 from .scan_match import Match, match, wall_points
 from .sonar_grid import SonarBeams, SonarGrid, Votes
 from .stretch import Ears, Stretch
@@ -227,7 +227,7 @@ class Mapper:
         along = numbers.roll * root_way + 0.002
         aside = along + 0.5 * turn * stretch.way
         return Between(number, number + 1, Pose(*plain), np.diag((1.0 / along, 1.0 / aside, 1.0 / turn)),
-                       np.array(columns).T, False)
+                       Source.WHEELS, np.array(columns).T)
 
     def _look(self, number: int, share: float) -> Iterator[None]:
         """Find a stretch on what the others drew, let the graph know, and draw it there: a costly step at a time.
@@ -249,7 +249,7 @@ class Mapper:
             self._graph.set_walls(number, wall_directions(self._heard_lately(number), self._wall_numbers))
             if found:
                 self._graph.untie(number)
-                self._tie(number, found)
+                self._tie(number, found, number in self._ended)
                 yield
                 for _ in range(_ROUNDS):
                     self._graph.solve(1)
@@ -291,11 +291,12 @@ class Mapper:
             return None
         return found
 
-    def _tie(self, number: int, found: Match) -> None:
+    def _tie(self, number: int, found: Match, first: bool) -> None:
         """Tell the graph where a stretch was found relative to those that drew the walls that it heard.
 
         Each wall belongs to the stretch that drew most of it. So each reading counts once, and tells only about the
-        stretch whose wall it heard.
+        stretch whose wall it heard. What the first look tells counts a little for ever: later ones do not tell the size
+        of the map.
         """
         votes = np.array([_support(each.votes, found.hits, self._grid.numbers.resolution) for each in self._drawn])
         owner = np.where(votes.max(axis=0) > _DREW, votes.argmax(axis=0), number)
@@ -303,7 +304,10 @@ class Mapper:
         counts[number] = 0
         for other in np.argsort(-counts, kind="stable")[:int(self._numbers.contributors)]:
             if counts[other] >= _FEWEST_HITS:
-                self._graph.add(self._tied(int(other), number, found, owner == other))
+                tie = self._tied(int(other), number, found, owner == other)
+                self._graph.add(tie)
+                if first:
+                    self._graph.add(tie._replace(root=tie.root / self._numbers.found_first, source=Source.FIRST_LOOK))
 
     def _tied(self, other: int, number: int, found: Match, which: Array) -> Between:
         """Return where some readings of a stretch have it, relative to the other one whose walls they heard."""
@@ -316,7 +320,7 @@ class Mapper:
         turned = np.array(((cosine, sine, 0.0), (-sine, cosine, 0.0), (0.0, 0.0, 1.0)))
         values, vectors = np.linalg.eigh(turned @ information @ turned.T)
         root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
-        return Between(other, number, relative(begin, pose), root, np.zeros((3, 2)), True)
+        return Between(other, number, relative(begin, pose), root, Source.LOOK)
 
     def _erase(self, number: int) -> None:
         """Take a stretch off the map."""

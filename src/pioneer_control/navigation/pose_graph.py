@@ -1,8 +1,9 @@
 """Poses that agree best with all that was measured between them: a pose graph.
 
 It also estimates the lasting errors of the wheels: what odometry measured between two poses depends on these. A pose
-that was found on the map tells the map's shape, but not its size: readings fit walls that are a little too far apart as
-well as true ones. So by how much the map is too large is one more unknown, and the wheels tell the size.
+that was looked for again and again tells the map's shape, but not its size: readings fit walls that are a little too
+far apart as well as true ones. So by how much the map is too large is one more unknown. The wheels tell the size, and
+where each pose was found first.
 
 Solved by Gauss-Newton with sparse matrices. A measurement that disagrees with all others counts little (Cauchy's
 weight). Where five of the walls that were heard, and half of all, are square to each other, the nodes are turned so
@@ -10,6 +11,7 @@ that these walls face one way, or square to it; which way that is, is one more u
 found on the map counts less.
 """
 
+import enum
 from typing import Any, NamedTuple, Sequence, Tuple
 
 import numpy as np
@@ -28,6 +30,14 @@ _DECIMALS = 7
 """To which solutions are rounded (m, rad)."""
 
 
+class Source(enum.IntEnum):
+    """What measured a pose. On the map it may be entirely wrong."""
+
+    WHEELS = 0      # by odometry: too short by as much as the wheels measure too little
+    FIRST_LOOK = 1  # found on the map for the first time
+    LOOK = 2        # found on the map: too large by as much as the map; the next look takes its place
+
+
 class Between(NamedTuple):
     """A measured pose of one node relative to another.
 
@@ -35,22 +45,21 @@ class Between(NamedTuple):
         first, second: numbers of the nodes.
         pose: pose of the second relative to the first.
         root: matrix W (3 x 3) with W^T W = inverse of the covariance (m, m, rad).
-        by_bias: matrix (3 x 2): how a pose measured by the wheels changes with the turning and the veer of their bias.
-            Zero if the pose was found on the map.
-        on_map: whether it was found on the map. Then it may be entirely wrong, and is too large by as much as the map.
-            Else it is too short by as much as the wheels measure too little.
+        source: what measured it.
+        by_bias: matrix (3 x 2): how the measured pose changes with the turning and the veer of the wheels' bias. Zero
+            if it was found on the map.
     """
 
     first: int
     second: int
     pose: Pose
     root: Array
-    by_bias: Array
-    on_map: bool
+    source: Source
+    by_bias: Array = np.zeros((3, 2))
 
 
 _MEASURED = np.dtype([("first", int), ("second", int), ("pose", float, 3), ("root", float, (3, 3)),
-                      ("by_bias", float, (3, 2)), ("on_map", bool)])
+                      ("source", int), ("by_bias", float, (3, 2))])
 """`Between`, as a table has it: it is solved many times between two changes."""
 _WALL = np.dtype([("node", int), ("heading", float), ("deviation", float)])
 _SHARED = 5
@@ -90,9 +99,9 @@ class PoseGraph:
         self._measured = np.concatenate((self._measured, np.array([tuple(between)], _MEASURED)))
 
     def untie(self, second: int) -> None:
-        """Forget where a node was found on the map, before it is looked for anew."""
+        """Forget the last look for a node, before it is looked for anew."""
         table = self._measured
-        self._measured = table[~(table["on_map"] & (table["second"] == second))]
+        self._measured = table[(table["source"] != Source.LOOK) | (table["second"] != second)]
 
     def set_walls(self, node: int, walls: Sequence[WallDirection]) -> None:
         """Take the directions (rad, relative to the node) of the walls that were heard at a node, instead of those that
@@ -117,15 +126,16 @@ class PoseGraph:
         self.bias = WheelBias(*(round(float(each), _DECIMALS) for each in self.bias))
         self._size_error = round(self._size_error, _DECIMALS)
 
-    def _step(self, first: Array, second: Array, measured: Array, root: Array, by_bias: Array, on_map: Array) -> None:
+    def _step(self, first: Array, second: Array, measured: Array, root: Array, source: Array, by_bias: Array) -> None:
         """Make one step of Gauss-Newton."""
-        error, blocks = self._linear(first, second, measured, root, by_bias, on_map)
+        error, blocks = self._linear(first, second, measured, root, source, by_bias)
         node, off, walls_weight = self._square()
         # A stretch is found on what its neighbours drew, and errs as they do: it confirms a bend that is not there, and
         # an error of the wheels that they do not have. Where no walls hold the headings, odometry is trusted more.
         few = len(self._walls) < self._wall_numbers.least_walls
         trust = 1.0 if few or len(node) else self._wall_numbers.ties_alone
-        weight = np.where(on_map, trust / (1.0 + (error ** 2).sum(axis=1) / self._doubt ** 2), 1.0) ** 0.5
+        found = trust / (1.0 + (error ** 2).sum(axis=1) / self._doubt ** 2)
+        weight = np.where(source == Source.WHEELS, 1.0, found) ** 0.5
         blocks *= weight[:, None, None]
         error *= weight[:, None]
         expected = np.array((*self.bias, self._size_error))
@@ -152,8 +162,8 @@ class PoseGraph:
         *bias, self._size_error = map(float, expected + step[-_SHARED:-1])
         self.bias = WheelBias(*bias)
 
-    def _linear(self, first: Array, second: Array, measured: Array, root: Array, by_bias: Array,
-                on_map: Array) -> Tuple[Array, Array]:
+    def _linear(self, first: Array, second: Array, measured: Array, root: Array, source: Array,
+                by_bias: Array) -> Tuple[Array, Array]:
         """Return by how many standard deviations the measurements are off, array (n, 3), and how that changes with both
         poses (3 each), the bias of the wheels (3), and the map's error of size, array (n, 3, 10).
         """
@@ -161,7 +171,7 @@ class PoseGraph:
         cosine, sine = np.cos(heading), np.sin(heading)
         ahead, aside = cosine * way[:, 0] + sine * way[:, 1], cosine * way[:, 1] - sine * way[:, 0]
         # What errs in size changes the way, not what was measured: else all would shrink, as errors shrink with it.
-        size = np.where(on_map, 1.0 + self._size_error, 1.0 / (1.0 + self.bias.distance))
+        size = np.array((1.0 / (1.0 + self.bias.distance), 1.0, 1.0 + self._size_error))[source]
         error = np.stack((size * ahead, size * aside, way[:, 2]), axis=1)
         error -= measured + np.einsum("nij,j->ni", by_bias, np.array((self.bias.turning, self.bias.veer)))
         error[:, 2] = wrapped_angles(error[:, 2])
@@ -170,7 +180,8 @@ class PoseGraph:
         slope[:, 0, 4], slope[:, 1, 3], slope[:, 2, 5] = size * sine, -size * sine, 1.0
         slope[:, :, :3] = -slope[:, :, 3:6]
         slope[:, 0, 2], slope[:, 1, 2] = size * aside, -size * ahead
-        by_distance, by_size_error = np.where(on_map, 0.0, -size ** 2), np.where(on_map, 1.0, 0.0)
+        by_distance = np.where(source == Source.WHEELS, -size ** 2, 0.0)
+        by_size_error = np.where(source == Source.LOOK, 1.0, 0.0)
         slope[:, 0, 6], slope[:, 1, 6] = by_distance * ahead, by_distance * aside
         slope[:, :, 7:9] = -by_bias
         slope[:, 0, 9], slope[:, 1, 9] = by_size_error * ahead, by_size_error * aside

@@ -363,7 +363,11 @@ class MapperNumbers:
     distance_bias: float = parameter(0.03, Number(0.0, 0.1), "expected error of the wheels' size, as a share")
     turning_bias: float = parameter(0.05, Number(0.0, 0.2), "expected error of turns, as a share")
     veer_bias: float = parameter(0.012, Number(0.0, 0.1), "expected error of straight lines", "rad/m")
-    size_error: float = parameter(0.1, Number(0.0001, 1.0), "expected error of the map's size, as a share")
+    found_first: float = parameter(
+        5.0, Number(1.0, 1000.0), "where a stretch was found first counts for ever, as if it deviated so many times as"
+                                  " much")
+    size_error: float = parameter(
+        0.1, Number(0.0001, 1.0), "what is found later is expected to be too large or too small by this share")
     doubt: float = parameter(3.0, Number(0.5, 20.0), "a found pose that is off by so many deviations counts half")
     redrawn: float = parameter(0.01, Number(0.001, 0.2), "a stretch that moved so far is drawn anew", "m")
     redrawn_turn: float = parameter(0.006, Number(0.0005, 0.1), "the same for its heading", "rad")

@@ -10,7 +10,7 @@ from pioneer_control.floor_poses import Pose, compose
 from pioneer_control.maps import FREE, OCCUPIED, UNKNOWN
 from pioneer_control.navigation.mapping import Mapper
 from pioneer_control.navigation.pose_graph import PoseGraph
-from pioneer_control.navigation.tuned import WallNumbers
+from pioneer_control.navigation.tuned import MapperNumbers, WallNumbers
 from pioneer_control.navigation.values import Firing, Sensing
 from pioneer_control.robots import find_model
 
@@ -30,9 +30,9 @@ def heard(x, y, heading):
 
 
 @functools.lru_cache(maxsize=None)
-def rounds(veer=0.0, count=2, at_once=2):
-    """Drive round the room; the odometry turns too much by `veer` (rad/m); `at_once` transducers fire in each packet.
-    Returns sensings and true poses.
+def rounds(veer=0.0, count=2, at_once=2, long=0.0):
+    """Drive round the room; the odometry turns too much by `veer` (rad/m), and is too long by the share `long`;
+    `at_once` transducers fire in each packet. Returns sensings and true poses.
     """
     true, odometry, sensings, truth, time = Pose(1.2, 1.2, 0.0), Pose(0.0, 0.0, 0.0), [], [], 0.0
     ways = [(ROOM[0] - 2.4, math.pi / 2), (ROOM[1] - 2.4, math.pi / 2)] * 2 * count
@@ -40,7 +40,7 @@ def rounds(veer=0.0, count=2, at_once=2):
              [(0.05, 0.0)] * round(way / 0.05) + [(0.0, turn / 40)] * 40]
     for number, (forward, turn) in enumerate(steps):
         true = compose(true, Pose(forward, 0.0, turn))
-        odometry = compose(odometry, Pose(forward, 0.0, turn + veer * forward))
+        odometry = compose(odometry, Pose(forward * (1.0 + long), 0.0, turn + veer * forward))
         time += 0.1
         firings = []
         for each in (SONAR[(at_once * number + more) % 16] for more in range(at_once)):
@@ -123,6 +123,19 @@ def test_it_learns_how_the_wheels_err():
     mapper, _ = mapped_while_it_veers()
     way = 2.0 * (ROOM[0] - 2.4 + ROOM[1] - 2.4)
     assert mapper.bias.veer * way + mapper.bias.turning * 2.0 * math.pi == pytest.approx(-0.02 * way, rel=0.3)
+
+
+def test_where_stretches_were_found_first_tells_that_the_wheels_measure_too_much():
+    """What is found later fits a map of any size."""
+    sensings, truth = rounds(0.0, 2, 8, 0.03)
+    distance = {}
+    for found_first in (1.0, 1000.0):
+        mapper = Mapper(SONAR, pose=truth[0], numbers=MapperNumbers(found_first=found_first))
+        for sensing in sensings:
+            mapper.update(sensing)
+        distance[found_first] = mapper.bias.distance
+    assert distance[1.0] == pytest.approx(-0.03, abs=0.01)
+    assert distance[1000.0] == pytest.approx(0.0, abs=0.005)
 
 
 def test_the_same_data_give_the_same_map_also_where_the_map_is_asked_for_on_the_way():

@@ -6,16 +6,15 @@ import numpy as np
 import pytest
 
 from pioneer_control.floor_poses import Pose, compose, relative
-from pioneer_control.navigation.pose_graph import Between, PoseGraph
+from pioneer_control.navigation.pose_graph import Between, PoseGraph, Source
 from pioneer_control.navigation.tuned import WallNumbers
 from pioneer_control.navigation.wall_directions import WallDirection
 
-NONE = np.zeros((3, 2))
 TRUSTING = WallNumbers(ties_alone=1.0)
 """Places that were found count in full, also where no walls are held square."""
 
 
-def square(bend=0.0, by_bias=NONE):
+def square(bend=0.0, by_bias=np.zeros((3, 2))):
     """A way round a square, 8 steps of 1 m; odometry turns too far by `bend` (rad) each."""
     truth, graph = [Pose(0.0, 0.0, 0.0)], PoseGraph(Pose(0.0, 0.0, 0.0), (0.1, 0.1, 0.1, 0.1), 3.0, TRUSTING)
     for number in range(8):
@@ -23,7 +22,7 @@ def square(bend=0.0, by_bias=NONE):
         truth.append(compose(truth[-1], step))
         wrong = step._replace(heading=step.heading + bend)
         graph.add_node(compose(graph.pose(number), wrong))
-        graph.add(Between(number, number + 1, wrong, np.diag((50.0, 50.0, 20.0)), by_bias, False))
+        graph.add(Between(number, number + 1, wrong, np.diag((50.0, 50.0, 20.0)), Source.WHEELS, by_bias))
     return graph, truth
 
 
@@ -33,7 +32,7 @@ def worst(graph, truth):
 
 def closing(truth, first, second, wrong=Pose(0.0, 0.0, 0.0)):
     return Between(first, second, compose(relative(truth[first], truth[second]), wrong),
-                   np.diag((50.0, 50.0, 50.0)), NONE, True)
+                   np.diag((50.0, 50.0, 50.0)), Source.LOOK)
 
 
 def test_a_loop_that_closes_takes_the_error_out():
@@ -74,38 +73,50 @@ def test_what_is_untied_counts_no_more():
     assert graph.poses == pytest.approx(before)
 
 
-def along(size_error, measured, ways):
-    """Return a solved graph: 40 steps of 1 m by odometry, which is exact, and what was found on the map.
+def length(size_error, measured, source=Source.LOOK):
+    """Return the length of a way of 40 steps that are 1 m each by odometry, with what was found on the map.
 
     Args:
         size_error: the share by which the map is expected to be too large or too small.
-        measured: the length of a metre on the map, for each way from one node to one behind it.
-        ways: how many nodes the nodes of each measurement on the map are apart.
+        measured: the length of a metre on the map, for each way from a node to one that is one to four steps on.
+        source: whether that was found first.
     """
     graph = PoseGraph(Pose(0.0, 0.0, 0.0), (0.03, 0.05, 0.012, size_error), 3.0, TRUSTING)
     for number in range(40):
         graph.add_node(Pose(number + 1.0, 0.0, 0.0))
-        graph.add(Between(number, number + 1, Pose(1.0, 0.0, 0.0), np.diag((100.0, 100.0, 100.0)), NONE, False))
+        graph.add(Between(number, number + 1, Pose(1.0, 0.0, 0.0), np.diag((100.0, 100.0, 100.0)), Source.WHEELS))
     measurements = iter(measured)
-    for apart in ways:
+    for apart in (1, 2, 3, 4):
         for first in range(40 - apart + 1):
             graph.add(Between(first, first + apart, Pose(apart * next(measurements), 0.0, 0.0),
-                              np.diag((50.0, 50.0, 50.0)), NONE, True))
+                              np.diag((50.0, 50.0, 50.0)), source))
     graph.solve(20)
-    return graph
+    return graph.pose(40).x
 
 
 def test_the_wheels_tell_the_size_of_a_map_that_is_too_large():
     """All that was found on a map that is 2 % too large measures 2 % too much."""
-    ways = (1, 2, 3, 4)
-    assert along(0.1, [1.02] * 160, ways).pose(40).x == pytest.approx(40.0, rel=0.002)
-    assert along(0.0001, [1.02] * 160, ways).pose(40).x == pytest.approx(40.0 * 1.02, rel=0.002)    # taken as it is
+    assert length(0.1, [1.02] * 160) == pytest.approx(40.0, rel=0.002)
+    assert length(0.0001, [1.02] * 160) == pytest.approx(40.8, rel=0.002)     # it may not err
+
+
+def test_the_first_look_tells_the_size_and_that_the_wheels_are_too_small():
+    assert length(0.1, [1.02] * 160, Source.FIRST_LOOK) == pytest.approx(40.8, rel=0.002)
 
 
 def test_errors_of_what_was_found_on_the_map_do_not_make_it_smaller():
     """A smaller map would have smaller errors; so errors are told by the size that the map has."""
     noise = np.random.default_rng(3).normal(1.0, 0.03, 160)
-    assert along(1.0, noise, (1, 2, 3, 4)).pose(40).x == pytest.approx(40.0, rel=0.001)
+    assert length(1.0, noise) == pytest.approx(40.0, rel=0.001)
+
+
+def test_the_first_look_is_not_untied():
+    graph, truth = square(0.05)
+    graph.add(closing(truth, 0, 8)._replace(source=Source.FIRST_LOOK))
+    graph.untie(8)
+    before = worst(graph, truth)
+    graph.solve(10)
+    assert worst(graph, truth) < 0.3 * before
 
 
 def test_without_measurements_nothing_moves():
@@ -136,7 +147,7 @@ def test_walls_that_are_square_keep_a_way_straight():
             if graph is held:
                 graph.set_walls(number, WALLS)
             graph.add_node(compose(graph.pose(number), wrong))
-            graph.add(Between(number, number + 1, wrong, np.diag((50.0, 50.0, 20.0)), NONE, False))
+            graph.add(Between(number, number + 1, wrong, np.diag((50.0, 50.0, 20.0)), Source.WHEELS))
             graph.solve(2)
     assert abs(plain.poses[-1, 1]) > 2.0
     assert abs(held.poses[-1, 1]) < 0.3
@@ -156,9 +167,9 @@ def bent_by_ties(walls, numbers):
     for number in range(12):
         graph.set_walls(number, walls(number))
         graph.add_node(compose(graph.pose(number), step))
-        graph.add(Between(number, number + 1, step, np.diag((150.0, 150.0, 150.0)), by_veer, False))
+        graph.add(Between(number, number + 1, step, np.diag((150.0, 150.0, 150.0)), Source.WHEELS, by_veer))
         if number:
-            graph.add(Between(number - 1, number + 1, wrong, np.diag((50.0, 50.0, 50.0)), NONE, True))
+            graph.add(Between(number - 1, number + 1, wrong, np.diag((50.0, 50.0, 50.0)), Source.LOOK))
     graph.solve(10)
     return abs(graph.pose(12).heading)
 
