@@ -158,22 +158,22 @@ class Navigator:
     """Drives one robot to goals on one map."""
 
     def __init__(self, grid_map: GridMap, chassis: Chassis, numbers: NavigationNumbers = NavigationNumbers(),
-                 through_unknown: bool = False):
+                 makes_map: bool = False):
         """Prepare the map.
 
         Args:
             grid_map: the map, which all poses and goals are on.
             chassis: the robot.
             numbers: the tuned numbers.
-            through_unknown: the robot makes this map. A way may lead over unknown floor (the robot drives only where
+            makes_map: the robot makes this map. A way may lead over unknown floor (the robot drives only where
                 its sonar looks, as always), and it does not give way: everything is new to it.
         """
         self._map, self._chassis, self._numbers = grid_map, chassis, numbers
-        self._through_unknown = through_unknown
+        self._makes_map = makes_map
         self._floor = self._floor_of(grid_map)
         self._edges = edge_cells(self._floor.clearance)
         self._obstacles = Obstacles(chassis, grid_map, self._floor.clearance, numbers.obstacles)
-        self._steering = Steering(chassis, numbers.steering, through_unknown)
+        self._steering = Steering(chassis, numbers.steering, makes_map)
         self._task: Optional[_Task] = None
         self._ended = Decision(STOP, State.IDLE, "no goal")
         self._last: Optional[Sensing] = None
@@ -202,8 +202,8 @@ class Navigator:
         A robot that makes its map is not slow beside what is on no map: at first all is.
         """
         chassis, numbers = self._chassis, self._numbers
-        slow = NOT_SLOW if self._through_unknown else slowness(numbers.steering, chassis.max_linear)
-        return DrivableFloor(grid_map, chassis.half_width, numbers.planning, self._through_unknown, slow)
+        slow = NOT_SLOW if self._makes_map else slowness(numbers.steering, chassis.max_linear)
+        return DrivableFloor(grid_map, chassis.half_width, numbers.planning, self._makes_map, slow)
 
     @property
     def acceleration_wanted(self) -> Accelerations:
@@ -253,7 +253,7 @@ class Navigator:
         if heading is not None and not math.isfinite(heading):
             return "the heading %g of the goal is not finite: give a number in radians" % heading
         refusal = self._floor.refusal(self._here or (x, y), (x, y))
-        if refusal or heading is None or self._through_unknown:
+        if refusal or heading is None or self._makes_map:
             return refusal
         walls = self._walls_near(Pose(x, y, heading))
         least = distance_outside(self._chassis.outline, *walls).min(initial=math.inf)
@@ -502,7 +502,7 @@ class Navigator:
             return
         unmapped = self._obstacles.unmapped(pose)
         there = [unmapped, *task.closed]
-        if not self._through_unknown:       # a robot that makes its map draws there what stands
+        if not self._makes_map:       # a robot that makes its map draws there what stands
             there.append(self._obstacles.note_standing(pose, now))
         plan = self._floor.past(task.map_plan, np.vstack(there), pose[:2])
         task.planned_at = now
@@ -560,7 +560,7 @@ class Navigator:
         On a map that is given a wall may be anywhere in its cell. A map that is being made draws walls too thick, so
         there the middle of the cell counts.
         """
-        half = 0.0 if self._through_unknown else self._map.resolution / 2.0
+        half = 0.0 if self._makes_map else self._map.resolution / 2.0
         return cells_near(self._map, self._edges, pose, _NEAR, half)
 
     def _around(self, pose: Optional[Pose], now: float) -> Around:
@@ -575,11 +575,11 @@ class Navigator:
         still = np.where(places.came_up, tuned.proves_still_came, tuned.proves_still)
         unproven = ~places.mapped & (now - places.since < still)
         lost = ~places.mapped & (places.time - places.since < tuned.proves_still) & (now - places.time < tuned.lost)
-        apart, beside, left = (self._steering.apart(x, y, which & (not self._through_unknown))
+        apart, beside, left = (self._steering.apart(x, y, which & (not self._makes_map))
                                for which in (unproven, walking, lost))
         wall_x, wall_y = (np.zeros(0),) * 2 if pose is None else self._walls_near(pose)
         all_x, all_y = np.append(x, wall_x), np.append(y, wall_y)
-        if self._through_unknown:
+        if self._makes_map:
             more_x, more_y = self._suspected.places(all_x, all_y, self._obstacles.looks(), self._last.odometry)
             all_x, all_y = np.append(all_x, more_x), np.append(all_y, more_y)
         return Around(all_x, all_y, x[walking], y[walking], apart, beside, left, self.late)

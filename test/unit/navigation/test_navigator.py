@@ -640,7 +640,7 @@ def test_only_while_it_makes_its_map_it_keeps_off_walls_that_are_suspected(makes
     ahead = np.full(9, 0.4), np.linspace(-0.2, 0.2, 9)
     monkeypatch.setattr(SuspectedWalls, "places", lambda *_: ahead)
     run = Run()
-    run.navigator = Navigator(run.walls, run.chassis, SOON, through_unknown=makes_map)
+    run.navigator = Navigator(run.walls, run.chassis, SOON, makes_map=makes_map)
     run.step()
     assert run.navigator.go_to(4.5, 1.0, None, run.time) == ""
     twists = [run.step().twist for _ in range(8)]
@@ -651,7 +651,7 @@ def test_only_while_it_makes_its_map_it_keeps_off_walls_that_are_suspected(makes
 def test_while_it_makes_its_map_nothing_that_it_hears_is_somebody_who_may_walk(makes_map):
     """Everything is new to it."""
     run = Run(posts=[(2.0, 1.3)])
-    run.navigator = Navigator(run.walls, run.chassis, SOON, through_unknown=makes_map)
+    run.navigator = Navigator(run.walls, run.chassis, SOON, makes_map=makes_map)
     for _ in range(3):
         run.step()
     around = run.navigator._around(run.pose, run.time)
@@ -663,7 +663,7 @@ def test_the_steering_is_told_whether_the_robot_makes_its_map(makes_map, monkeyp
     """test_steering tests what that does."""
     told = []
     monkeypatch.setattr(navigator, "Steering", lambda *rest: told.append(rest[-1]))
-    Navigator(room(), chassis_of(), through_unknown=makes_map)
+    Navigator(room(), chassis_of(), makes_map=makes_map)
     assert told == [makes_map]
 
 
@@ -671,7 +671,7 @@ def test_the_steering_is_told_whether_the_robot_makes_its_map(makes_map, monkeyp
 def test_a_robot_that_makes_its_map_is_not_slow_beside_what_is_on_no_map(makes_map, monkeypatch):
     told = []
     monkeypatch.setattr(navigator, "DrivableFloor", lambda *rest: told.append(rest[-1]) or DrivableFloor(*rest))
-    driver = Navigator(room(), chassis_of(), through_unknown=makes_map)
+    driver = Navigator(room(), chassis_of(), makes_map=makes_map)
     driver.use_map(room())
     assert told == 2 * [NOT_SLOW if makes_map else slowness(SteeringNumbers(), 0.4)]
 
@@ -679,7 +679,7 @@ def test_a_robot_that_makes_its_map_is_not_slow_beside_what_is_on_no_map(makes_m
 @pytest.mark.parametrize("makes_map", [True, False])
 def test_on_a_map_that_is_given_a_wall_may_be_anywhere_in_its_cell(makes_map):
     """A p3at touched the tip of a wall whose cell lay 4 cm from it (1647)."""
-    driver = Navigator(room(), chassis_of(), through_unknown=makes_map)
+    driver = Navigator(room(), chassis_of(), makes_map=makes_map)
     x, _ = driver._walls_near(Pose(1.0, 2.0, math.pi))
     assert x == pytest.approx(np.full(len(x), 0.975 if makes_map else 0.95))
 
@@ -755,7 +755,7 @@ def test_what_stood_in_a_way_is_forgotten(then):
 
 @pytest.mark.parametrize("seconds, makes_map, remembered", [(5, False, True), (0, False, False), (5, True, False)])
 def test_only_what_stood_still_is_remembered_so_and_only_on_a_map_that_is_given(seconds, makes_map, remembered):
-    run = BlockedDoor(seconds, through_unknown=makes_map)
+    run = BlockedDoor(seconds, makes_map=makes_map)
     assert run.navigator.go_to(4.5, 2.0, None, run.time) == ""
     run.look(run.pose, 1)
     assert (len(run.navigator._obstacles._standing.places) > 0) is remembered
