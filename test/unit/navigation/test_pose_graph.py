@@ -73,8 +73,8 @@ def test_what_is_untied_counts_no_more():
     assert graph.poses == pytest.approx(before)
 
 
-def length(size_error, measured, source=Source.LOOK):
-    """Return the length of a way of 40 steps that are 1 m each by odometry, with what was found on the map.
+def way(size_error, measured, source=Source.LOOK):
+    """Return a solved graph of a way of 40 steps that are 1 m each by odometry, with what was found on the map.
 
     Args:
         size_error: the share by which the map is expected to be too large or too small.
@@ -91,23 +91,25 @@ def length(size_error, measured, source=Source.LOOK):
             graph.add(Between(first, first + apart, Pose(apart * next(measurements), 0.0, 0.0),
                               np.diag((50.0, 50.0, 50.0)), source))
     graph.solve(20)
-    return graph.pose(40).x
+    return graph
 
 
 def test_the_wheels_tell_the_size_of_a_map_that_is_too_large():
     """All that was found on a map that is 2 % too large measures 2 % too much."""
-    assert length(0.1, [1.02] * 160) == pytest.approx(40.0, rel=0.002)
-    assert length(0.0001, [1.02] * 160) == pytest.approx(40.8, rel=0.002)     # it may not err
+    assert way(0.1, [1.02] * 160).pose(40).x == pytest.approx(40.0, rel=0.002)
+    assert way(0.0001, [1.02] * 160).pose(40).x == pytest.approx(40.8, rel=0.002)     # it may not err
 
 
 def test_the_first_look_tells_the_size_and_that_the_wheels_are_too_small():
-    assert length(0.1, [1.02] * 160, Source.FIRST_LOOK) == pytest.approx(40.8, rel=0.002)
+    graph = way(0.1, [1.02] * 160, Source.FIRST_LOOK)
+    assert graph.pose(40).x == pytest.approx(40.8, rel=0.002)
+    assert graph.bias.distance == pytest.approx(0.02, abs=0.002)
 
 
 def test_errors_of_what_was_found_on_the_map_do_not_make_it_smaller():
     """A smaller map would have smaller errors; so errors are told by the size that the map has."""
     noise = np.random.default_rng(3).normal(1.0, 0.03, 160)
-    assert length(1.0, noise) == pytest.approx(40.0, rel=0.001)
+    assert way(1.0, noise).pose(40).x == pytest.approx(40.0, rel=0.001)
 
 
 def test_the_first_look_is_not_untied():
