@@ -75,6 +75,7 @@ class _Attempt:
 
     def __init__(self, goal: NextGoal, pose: Pose, time: float):
         self.goal = goal
+        self.start = pose
         self.began = time
         self.moved, self.moved_at = pose, time      # where it last was elsewhere, and when (s)
 
@@ -94,6 +95,8 @@ class Explorer:
         self._home, self._radius, self._numbers = home, radius, numbers
         self._narrow = radius if narrow is None else narrow
         self._given_up: List[Point] = []
+        self._jam: Optional[Pose] = None        # where it did not get away, map frame
+        self._not_from_jam: List[Point] = []    # the ends of the map that it did not get to from there
         self._tried: List[Point] = []
         self._looked: List[Point] = []
         self._looks = 0
@@ -137,8 +140,11 @@ class Explorer:
         """
         attempt, numbers = self._attempt, self._numbers
         if attempt is None or attempt.goal.end is None:
+            if self.homeward and self._got_away(pose):
+                self.homeward = False   # there is more to explore
+                return True
             return attempt is not None and self.homeward and time - attempt.began > numbers.homeward
-        if math.hypot(pose.x - attempt.moved.x, pose.y - attempt.moved.y) > numbers.moved:
+        if _apart(pose, attempt.moved) > numbers.moved:
             attempt.moved, attempt.moved_at = pose, time
         return (time - attempt.moved_at > numbers.stuck
                 or time - attempt.began > numbers.patience + numbers.patience_per_metre * attempt.goal.length
@@ -157,19 +163,40 @@ class Explorer:
         if self._attempt is not None:
             self._attempt.began = self._attempt.moved_at = time
 
+    def _give_up(self, end: Point, start: Pose, pose: Pose) -> None:
+        """Give up an end of the map. Where the robot did not get away from its place, that is not the end's fault: then
+        it is given up until the robot is elsewhere.
+        """
+        away = self._numbers.away
+        if _apart(pose, start) > away or math.hypot(end[0] - pose.x, end[1] - pose.y) < away:
+            self._given_up.append(end)
+        else:
+            self._jam = pose
+            self._not_from_jam.append(end)
+
+    def _got_away(self, pose: Pose) -> bool:
+        """Return whether the robot got away from where it was jammed. Then the ends that it did not get to from there
+        are tried again.
+        """
+        if self._jam is None or _apart(pose, self._jam) < self._numbers.away:
+            return False
+        self._jam, self._not_from_jam = None, []
+        return True
+
     def _choose(self, grid_map: GridMap, pose: Pose, doubt: Optional[Doubt]) -> Choosing:
+        self._got_away(pose)
         if self._looks < _LOOKS:
             self._looks += 1
             turned = wrapped(pose.heading + 2.0 * math.pi / _LOOKS)
             return NextGoal(Pose(pose.x, pose.y, turned), "to look round", True)
-        before = self._attempt.goal if self._attempt is not None else None
-        if (before is not None and before.end is not None and not before.doubts
-                and not self._is_known(grid_map, before.end)):
-            x, y = before.end
-            if not before.with_heading and math.hypot(x - pose.x, y - pose.y) < self._numbers.sees:
+        attempt = self._attempt
+        if (attempt is not None and attempt.goal.end is not None and not attempt.goal.doubts
+                and not self._is_known(grid_map, attempt.goal.end)):
+            x, y = end = attempt.goal.end
+            if not attempt.goal.with_heading and math.hypot(x - pose.x, y - pose.y) < self._numbers.sees:
                 looks = math.atan2(y - pose.y, x - pose.x)
-                return NextGoal(Pose(pose.x, pose.y, looks), "to look at the end of the map", True, before.end)
-            self._given_up.append(before.end)
+                return NextGoal(Pose(pose.x, pose.y, looks), "to look at the end of the map", True, end)
+            self._give_up(end, attempt.start, pose)
         goal = yield from next_goal(grid_map, pose, self._radius, self._left_alone(), self._numbers, doubt)
         if goal.pose is None and self._tries_again:
             # The map is better now, and it comes from elsewhere: what was given up gets one more chance. The walls of
@@ -189,8 +216,13 @@ class Explorer:
     def _left_alone(self) -> List[Point]:
         """Return the ends of the map that are left alone: those given up, and those tried too often."""
         near = self._numbers.given_up / 2.0
-        return self._given_up + [end for end in self._tried if sum(
+        return self._given_up + self._not_from_jam + [end for end in self._tried if sum(
             math.hypot(end[0] - other[0], end[1] - other[1]) < near for other in self._tried) > self._numbers.tries]
+
+
+def _apart(one: Pose, other: Pose) -> float:
+    """Return the distance (m) of two poses."""
+    return math.hypot(one.x - other.x, one.y - other.y)
 
 
 def with_driven_floor(grid_map: GridMap, path: Array, radius: float) -> GridMap:

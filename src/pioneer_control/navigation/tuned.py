@@ -394,6 +394,9 @@ class ExploringNumbers:
     doubted_width: float = parameter(0.4, Number(0.0, 10.0), "the shortest wall that it looks at for that", "m")
     most_doubts: int = parameter(8, Whole(0, 1000), "it looks at so many such walls at most")
     moved: float = parameter(0.25, Number(0.05, 2.0), "it gets on while it moves so far", "m")
+    away: float = parameter(
+        1.0, Number(0.1, 10.0), "an end of the map is given up for good only where the robot came so far on its way, or"
+                                " so near to it", "m")
     stuck: float = parameter(8.0, Number(1.0, 600.0), "time without getting on after which it gives up an end", "s")
     patience: float = parameter(20.0, Number(1.0, 600.0), "time that it takes for an end, at most", "s")
     patience_per_metre: float = parameter(6.0, Number(0.5, 60.0), "what each metre of the way there adds", "s")

@@ -200,6 +200,27 @@ def test_the_way_home_does_not_take_for_ever():
     assert not explorer.is_over(HERE, 270.0) and explorer.is_over(HERE, 290.0)
 
 
+def test_what_it_did_not_get_to_from_where_it_was_jammed_is_tried_again_once_it_got_away():
+    """4972: jammed at one place it gave up six ends of the map there, knew half of the floor, and drove home."""
+    explorer, goal = on_its_way()
+    assert chosen(explorer, floor((0.5, 1.5)), HERE, 20.0).end == goal.end, "the narrower ways"
+    assert chosen(explorer, floor((0.5, 1.5)), HERE, 30.0).end is None and explorer.homeward
+    assert not explorer.is_over(Pose(1.9, 1.0, 0.0), 40.0)
+    assert explorer.is_over(Pose(2.1, 1.0, 0.0), 40.0) and not explorer.homeward
+    assert chosen(explorer, floor((0.5, 1.5)), Pose(2.1, 1.0, 0.0), 41.0).end == goal.end
+
+
+@pytest.mark.parametrize("places", [(2.5, 1.2), (3.2, 3.2, 3.2, 3.2)])
+def test_what_it_did_not_get_to_though_it_came_a_way_or_near_is_given_up_for_good(places):
+    """It has two chances, and from near it also turns to look."""
+    explorer, goal = on_its_way()
+    for time, x in enumerate(places, 20):
+        assert goal.end is not None
+        goal = chosen(explorer, floor((0.5, 1.5)), Pose(x, 1.0, 0.0), time)
+    assert goal.end is None and explorer.homeward
+    assert not explorer.is_over(HERE, 50.0)
+
+
 def test_before_it_gives_up_it_turns_to_look():
     explorer, goal = on_its_way()
     there = Pose(3.8, 0.95, 2.0)
