@@ -91,6 +91,7 @@ class Steering:
             makes_map: the robot makes its map, which is wrong by some centimetres, and knows only what it has heard.
                 So it does not turn on the spot with next to no distance from what stands there, though it may have no
                 other way; and where it has little room on a side it is slow, for a leg of a table may be heard late.
+                And with no way on for long it turns on to one side.
         """
         self._chassis, self._tuned, self._makes_map = chassis, tuned, makes_map
         self.moves = Moves(chassis, tuned.margin)
@@ -124,8 +125,9 @@ class Steering:
             if not allowed[:-1].any():
                 allowed = self._retraced(velocity, around, live, trail)
         cost = self._costs(pose, velocity, plan)
-        # In a corner it may turn to either side and has no way on: then it turns on to one side, until it sees one.
-        often = self._tuned.turns_on if blocked > self._tuned.dawdle_after else 1.0
+        # In a corner that is on no map yet it may turn to either side, and has no way on: then it turns on to one side,
+        # until it sees one.
+        often = self._tuned.turns_on if self._makes_map and blocked > self._tuned.dawdle_after else 1.0
         cost += often * self._tuned.reversal_weight * ((self._linear == 0.0) & (self._angular * told.angular < 0.0))
         cost[-1] += self._tuned.impatience * max(0.0, blocked - 1.0)
         # Slow moves to and fro lead nowhere; a faster one that costs more at first may.
