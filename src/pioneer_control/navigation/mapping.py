@@ -18,7 +18,7 @@ from ..floor_poses import Pose, compose, relative, wrapped
 from ..maps import GridMap
 from ..robots import Transducer
 from .frames import wrapped_angles
-from .pose_graph import Between, PoseGraph, Source
+from .pose_graph import Between, PoseGraph, MeasuredBy
 from .scan_match import Match, match, wall_points
 from .sonar_grid import SonarBeams, SonarGrid, Votes
 from .stretch import Ears, Stretch
@@ -227,7 +227,7 @@ class Mapper:
         along = numbers.roll * root_way + 0.002
         aside = along + 0.5 * turn * stretch.way
         return Between(number, number + 1, Pose(*plain), np.diag((1.0 / along, 1.0 / aside, 1.0 / turn)),
-                       Source.WHEELS, np.array(columns).T)
+                       MeasuredBy.WHEELS, np.array(columns).T)
 
     def _look(self, number: int, share: float) -> Iterator[None]:
         """Find a stretch on what the others drew, let the graph know, and draw it there: a costly step at a time.
@@ -307,7 +307,7 @@ class Mapper:
                 tie = self._tied(int(other), number, found, owner == other)
                 self._graph.add(tie)
                 if first:
-                    self._graph.add(tie._replace(root=tie.root / self._numbers.found_first, source=Source.FIRST_LOOK))
+                    self._graph.add(tie._replace(root=tie.root / self._numbers.found_first, source=MeasuredBy.FIRST_LOOK))
 
     def _tied(self, other: int, number: int, found: Match, which: Array) -> Between:
         """Return where some readings of a stretch have it, relative to the other one whose walls they heard."""
@@ -320,7 +320,7 @@ class Mapper:
         turned = np.array(((cosine, sine, 0.0), (-sine, cosine, 0.0), (0.0, 0.0, 1.0)))
         values, vectors = np.linalg.eigh(turned @ information @ turned.T)
         root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
-        return Between(other, number, relative(begin, pose), root, Source.LOOK)
+        return Between(other, number, relative(begin, pose), root, MeasuredBy.LOOK)
 
     def _erase(self, number: int) -> None:
         """Take a stretch off the map."""

@@ -30,7 +30,7 @@ _DECIMALS = 7
 """To which solutions are rounded (m, rad)."""
 
 
-class Source(enum.IntEnum):
+class MeasuredBy(enum.IntEnum):
     """What measured a pose. On the map it may be entirely wrong."""
 
     WHEELS = 0      # by odometry: too short by as much as the wheels measure too little
@@ -45,7 +45,7 @@ class Between(NamedTuple):
         first, second: numbers of the nodes.
         pose: pose of the second relative to the first.
         root: matrix W (3 x 3) with W^T W = inverse of the covariance (m, m, rad).
-        source: what measured it.
+        source: what measured it (`MeasuredBy`).
         by_bias: matrix (3 x 2): how the measured pose changes with the turning and the veer of the wheels' bias. Zero
             if it was found on the map.
     """
@@ -54,7 +54,7 @@ class Between(NamedTuple):
     second: int
     pose: Pose
     root: Array
-    source: Source
+    source: MeasuredBy
     by_bias: Array = np.zeros((3, 2))
 
 
@@ -101,7 +101,7 @@ class PoseGraph:
     def untie(self, second: int) -> None:
         """Forget the last look for a node, before it is looked for anew."""
         table = self._measured
-        self._measured = table[(table["source"] != Source.LOOK) | (table["second"] != second)]
+        self._measured = table[(table["source"] != MeasuredBy.LOOK) | (table["second"] != second)]
 
     def set_walls(self, node: int, walls: Sequence[WallDirection]) -> None:
         """Take the directions (rad, relative to the node) of the walls that were heard at a node, instead of those that
@@ -135,7 +135,7 @@ class PoseGraph:
         few = len(self._walls) < self._wall_numbers.least_walls
         trust = 1.0 if few or len(node) else self._wall_numbers.ties_alone
         found = trust / (1.0 + (error ** 2).sum(axis=1) / self._doubt ** 2)
-        weight = np.where(source == Source.WHEELS, 1.0, found) ** 0.5
+        weight = np.where(source == MeasuredBy.WHEELS, 1.0, found) ** 0.5
         blocks *= weight[:, None, None]
         error *= weight[:, None]
         expected = np.array((*self.bias, self._size_error))
@@ -180,8 +180,8 @@ class PoseGraph:
         slope[:, 0, 4], slope[:, 1, 3], slope[:, 2, 5] = size * sine, -size * sine, 1.0
         slope[:, :, :3] = -slope[:, :, 3:6]
         slope[:, 0, 2], slope[:, 1, 2] = size * aside, -size * ahead
-        by_distance = np.where(source == Source.WHEELS, -size ** 2, 0.0)
-        by_size_error = np.where(source == Source.LOOK, 1.0, 0.0)
+        by_distance = np.where(source == MeasuredBy.WHEELS, -size ** 2, 0.0)
+        by_size_error = np.where(source == MeasuredBy.LOOK, 1.0, 0.0)
         slope[:, 0, 6], slope[:, 1, 6] = by_distance * ahead, by_distance * aside
         slope[:, :, 7:9] = -by_bias
         slope[:, 0, 9], slope[:, 1, 9] = by_size_error * ahead, by_size_error * aside

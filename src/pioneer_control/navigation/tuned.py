@@ -232,8 +232,8 @@ class SteeringNumbers:
         8.0, Number(0, 600), "time without a way after which slow moves cost more, and turning back on the spot", "s")
     most_dawdling: float = parameter(
         0.5, Number(0, 10), "what slow moves cost more at most, when all but standing", "m")
-    turns_on: float = parameter(11.0, Number(1, 100), "turning back on the spot costs so many times as much then,"
-                               " while it makes a map")
+    turns_on: float = parameter(
+        11.0, Number(1, 100), "turning back on the spot costs so many times as much then, while it makes a map")
     arrived: float = parameter(0.035, Number(0.005, 0.5), "distance from the goal that is good enough", "m")
     arrived_at_last: float = parameter(
         0.1, Number(0.005, 0.5), "distance from the goal that is good enough where it has no way on for a while", "m")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pioneer_control.floor_poses import Pose, compose, relative
-from pioneer_control.navigation.pose_graph import Between, PoseGraph, Source
+from pioneer_control.navigation.pose_graph import Between, PoseGraph, MeasuredBy
 from pioneer_control.navigation.tuned import WallNumbers
 from pioneer_control.navigation.wall_directions import WallDirection
 
@@ -22,7 +22,7 @@ def square(bend=0.0, by_bias=np.zeros((3, 2))):
         truth.append(compose(truth[-1], step))
         wrong = step._replace(heading=step.heading + bend)
         graph.add_node(compose(graph.pose(number), wrong))
-        graph.add(Between(number, number + 1, wrong, np.diag((50.0, 50.0, 20.0)), Source.WHEELS, by_bias))
+        graph.add(Between(number, number + 1, wrong, np.diag((50.0, 50.0, 20.0)), MeasuredBy.WHEELS, by_bias))
     return graph, truth
 
 
@@ -32,7 +32,7 @@ def worst(graph, truth):
 
 def closing(truth, first, second, wrong=Pose(0.0, 0.0, 0.0)):
     return Between(first, second, compose(relative(truth[first], truth[second]), wrong),
-                   np.diag((50.0, 50.0, 50.0)), Source.LOOK)
+                   np.diag((50.0, 50.0, 50.0)), MeasuredBy.LOOK)
 
 
 def test_a_loop_that_closes_takes_the_error_out():
@@ -73,7 +73,7 @@ def test_what_is_untied_counts_no_more():
     assert graph.poses == pytest.approx(before)
 
 
-def way(size_error, measured, source=Source.LOOK):
+def way(size_error, measured, source=MeasuredBy.LOOK):
     """Return a solved graph of a way of 40 steps that are 1 m each by odometry, with what was found on the map.
 
     Args:
@@ -84,7 +84,7 @@ def way(size_error, measured, source=Source.LOOK):
     graph = PoseGraph(Pose(0.0, 0.0, 0.0), (0.03, 0.05, 0.012, size_error), 3.0, TRUSTING)
     for number in range(40):
         graph.add_node(Pose(number + 1.0, 0.0, 0.0))
-        graph.add(Between(number, number + 1, Pose(1.0, 0.0, 0.0), np.diag((100.0, 100.0, 100.0)), Source.WHEELS))
+        graph.add(Between(number, number + 1, Pose(1.0, 0.0, 0.0), np.diag((100.0, 100.0, 100.0)), MeasuredBy.WHEELS))
     measurements = iter(measured)
     for apart in (1, 2, 3, 4):
         for first in range(40 - apart + 1):
@@ -101,7 +101,7 @@ def test_the_wheels_tell_the_size_of_a_map_that_is_too_large():
 
 
 def test_the_first_look_tells_the_size_and_that_the_wheels_are_too_small():
-    graph = way(0.1, [1.02] * 160, Source.FIRST_LOOK)
+    graph = way(0.1, [1.02] * 160, MeasuredBy.FIRST_LOOK)
     assert graph.pose(40).x == pytest.approx(40.8, rel=0.002)
     assert graph.bias.distance == pytest.approx(0.02, abs=0.002)
 
@@ -114,7 +114,7 @@ def test_errors_of_what_was_found_on_the_map_do_not_make_it_smaller():
 
 def test_the_first_look_is_not_untied():
     graph, truth = square(0.05)
-    graph.add(closing(truth, 0, 8)._replace(source=Source.FIRST_LOOK))
+    graph.add(closing(truth, 0, 8)._replace(source=MeasuredBy.FIRST_LOOK))
     graph.untie(8)
     before = worst(graph, truth)
     graph.solve(10)
@@ -149,7 +149,7 @@ def test_walls_that_are_square_keep_a_way_straight():
             if graph is held:
                 graph.set_walls(number, WALLS)
             graph.add_node(compose(graph.pose(number), wrong))
-            graph.add(Between(number, number + 1, wrong, np.diag((50.0, 50.0, 20.0)), Source.WHEELS))
+            graph.add(Between(number, number + 1, wrong, np.diag((50.0, 50.0, 20.0)), MeasuredBy.WHEELS))
             graph.solve(2)
     assert abs(plain.poses[-1, 1]) > 2.0
     assert abs(held.poses[-1, 1]) < 0.3
@@ -169,9 +169,9 @@ def bent_by_ties(walls, numbers):
     for number in range(12):
         graph.set_walls(number, walls(number))
         graph.add_node(compose(graph.pose(number), step))
-        graph.add(Between(number, number + 1, step, np.diag((150.0, 150.0, 150.0)), Source.WHEELS, by_veer))
+        graph.add(Between(number, number + 1, step, np.diag((150.0, 150.0, 150.0)), MeasuredBy.WHEELS, by_veer))
         if number:
-            graph.add(Between(number - 1, number + 1, wrong, np.diag((50.0, 50.0, 50.0)), Source.LOOK))
+            graph.add(Between(number - 1, number + 1, wrong, np.diag((50.0, 50.0, 50.0)), MeasuredBy.LOOK))
     graph.solve(10)
     return abs(graph.pose(12).heading)
 
