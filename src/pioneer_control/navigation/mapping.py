@@ -18,7 +18,7 @@ from ..floor_poses import Pose, compose, relative, wrapped
 from ..maps import GridMap
 from ..robots import Transducer
 from .frames import wrapped_angles
-from .pose_graph import Between, PoseGraph, MeasuredBy
+from .pose_graph import Between, MeasuredBy, PoseGraph
 from .scan_match import Match, match, wall_points
 from .sonar_grid import SonarBeams, SonarGrid, Votes
 from .stretch import Ears, Stretch
@@ -307,7 +307,8 @@ class Mapper:
                 tie = self._tied(int(other), number, found, owner == other)
                 self._graph.add(tie)
                 if first:
-                    self._graph.add(tie._replace(root=tie.root / self._numbers.found_first, source=MeasuredBy.FIRST_LOOK))
+                    root = tie.root / self._numbers.found_first
+                    self._graph.add(tie._replace(root=root, measured_by=MeasuredBy.FIRST_LOOK))
 
     def _tied(self, other: int, number: int, found: Match, which: Array) -> Between:
         """Return where some readings of a stretch have it, relative to the other one whose walls they heard."""

@@ -45,7 +45,7 @@ class Between(NamedTuple):
         first, second: numbers of the nodes.
         pose: pose of the second relative to the first.
         root: matrix W (3 x 3) with W^T W = inverse of the covariance (m, m, rad).
-        source: what measured it (`MeasuredBy`).
+        measured_by: what measured it.
         by_bias: matrix (3 x 2): how the measured pose changes with the turning and the veer of the wheels' bias. Zero
             if it was found on the map.
     """
@@ -54,12 +54,12 @@ class Between(NamedTuple):
     second: int
     pose: Pose
     root: Array
-    source: MeasuredBy
+    measured_by: MeasuredBy
     by_bias: Array = np.zeros((3, 2))
 
 
 _MEASURED = np.dtype([("first", int), ("second", int), ("pose", float, 3), ("root", float, (3, 3)),
-                      ("source", int), ("by_bias", float, (3, 2))])
+                      ("measured_by", int), ("by_bias", float, (3, 2))])
 """`Between`, as a table has it: it is solved many times between two changes."""
 _WALL = np.dtype([("node", int), ("heading", float), ("deviation", float)])
 _SHARED = 5
@@ -101,7 +101,7 @@ class PoseGraph:
     def untie(self, second: int) -> None:
         """Forget the last look for a node, before it is looked for anew."""
         table = self._measured
-        self._measured = table[(table["source"] != MeasuredBy.LOOK) | (table["second"] != second)]
+        self._measured = table[(table["measured_by"] != MeasuredBy.LOOK) | (table["second"] != second)]
 
     def set_walls(self, node: int, walls: Sequence[WallDirection]) -> None:
         """Take the directions (rad, relative to the node) of the walls that were heard at a node, instead of those that
@@ -126,16 +126,17 @@ class PoseGraph:
         self.bias = WheelBias(*(round(float(each), _DECIMALS) for each in self.bias))
         self._size_error = round(self._size_error, _DECIMALS)
 
-    def _step(self, first: Array, second: Array, measured: Array, root: Array, source: Array, by_bias: Array) -> None:
+    def _step(self, first: Array, second: Array, measured: Array, root: Array, measured_by: Array,
+              by_bias: Array) -> None:
         """Make one step of Gauss-Newton."""
-        error, blocks = self._linear(first, second, measured, root, source, by_bias)
+        error, blocks = self._linear(first, second, measured, root, measured_by, by_bias)
         node, off, walls_weight = self._square()
         # A stretch is found on what its neighbours drew, and errs as they do: it confirms a bend that is not there, and
         # an error of the wheels that they do not have. Where no walls hold the headings, odometry is trusted more.
         few = len(self._walls) < self._wall_numbers.least_walls
         trust = 1.0 if few or len(node) else self._wall_numbers.ties_alone
         found = trust / (1.0 + (error ** 2).sum(axis=1) / self._doubt ** 2)
-        weight = np.where(source == MeasuredBy.WHEELS, 1.0, found) ** 0.5
+        weight = np.where(measured_by == MeasuredBy.WHEELS, 1.0, found) ** 0.5
         blocks *= weight[:, None, None]
         error *= weight[:, None]
         expected = np.array((*self.bias, self._size_error))
@@ -162,7 +163,7 @@ class PoseGraph:
         *bias, self._size_error = map(float, expected + step[-_SHARED:-1])
         self.bias = WheelBias(*bias)
 
-    def _linear(self, first: Array, second: Array, measured: Array, root: Array, source: Array,
+    def _linear(self, first: Array, second: Array, measured: Array, root: Array, measured_by: Array,
                 by_bias: Array) -> Tuple[Array, Array]:
         """Return by how many standard deviations the measurements are off, array (n, 3), and how that changes with both
         poses (3 each), the bias of the wheels (3), and the map's error of size, array (n, 3, 10).
@@ -171,7 +172,7 @@ class PoseGraph:
         cosine, sine = np.cos(heading), np.sin(heading)
         ahead, aside = cosine * way[:, 0] + sine * way[:, 1], cosine * way[:, 1] - sine * way[:, 0]
         # What errs in size changes the way, not what was measured: else all would shrink, as errors shrink with it.
-        size = np.array((1.0 / (1.0 + self.bias.distance), 1.0, 1.0 + self._size_error))[source]
+        size = np.array((1.0 / (1.0 + self.bias.distance), 1.0, 1.0 + self._size_error))[measured_by]
         error = np.stack((size * ahead, size * aside, way[:, 2]), axis=1)
         error -= measured + np.einsum("nij,j->ni", by_bias, np.array((self.bias.turning, self.bias.veer)))
         error[:, 2] = wrapped_angles(error[:, 2])
@@ -180,8 +181,8 @@ class PoseGraph:
         slope[:, 0, 4], slope[:, 1, 3], slope[:, 2, 5] = size * sine, -size * sine, 1.0
         slope[:, :, :3] = -slope[:, :, 3:6]
         slope[:, 0, 2], slope[:, 1, 2] = size * aside, -size * ahead
-        by_distance = np.where(source == MeasuredBy.WHEELS, -size ** 2, 0.0)
-        by_size_error = np.where(source == MeasuredBy.LOOK, 1.0, 0.0)
+        by_distance = np.where(measured_by == MeasuredBy.WHEELS, -size ** 2, 0.0)
+        by_size_error = np.where(measured_by == MeasuredBy.LOOK, 1.0, 0.0)
         slope[:, 0, 6], slope[:, 1, 6] = by_distance * ahead, by_distance * aside
         slope[:, :, 7:9] = -by_bias
         slope[:, 0, 9], slope[:, 1, 9] = by_size_error * ahead, by_size_error * aside

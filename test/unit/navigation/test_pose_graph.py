@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pioneer_control.floor_poses import Pose, compose, relative
-from pioneer_control.navigation.pose_graph import Between, PoseGraph, MeasuredBy
+from pioneer_control.navigation.pose_graph import Between, MeasuredBy, PoseGraph
 from pioneer_control.navigation.tuned import WallNumbers
 from pioneer_control.navigation.wall_directions import WallDirection
 
@@ -73,13 +73,13 @@ def test_what_is_untied_counts_no_more():
     assert graph.poses == pytest.approx(before)
 
 
-def way(size_error, measured, source=MeasuredBy.LOOK):
+def way(size_error, measured, measured_by=MeasuredBy.LOOK):
     """Return a solved graph of a way of 40 steps that are 1 m each by odometry, with what was found on the map.
 
     Args:
         size_error: the share by which the map is expected to be too large or too small.
         measured: the length of a metre on the map, for each way from a node to one that is one to four steps on.
-        source: whether that was found first.
+        measured_by: whether that was found first.
     """
     graph = PoseGraph(Pose(0.0, 0.0, 0.0), (0.03, 0.05, 0.012, size_error), 3.0, TRUSTING)
     for number in range(40):
@@ -89,7 +89,7 @@ def way(size_error, measured, source=MeasuredBy.LOOK):
     for apart in (1, 2, 3, 4):
         for first in range(40 - apart + 1):
             graph.add(Between(first, first + apart, Pose(apart * next(measurements), 0.0, 0.0),
-                              np.diag((50.0, 50.0, 50.0)), source))
+                              np.diag((50.0, 50.0, 50.0)), measured_by))
     graph.solve(20)
     return graph
 
@@ -114,7 +114,7 @@ def test_errors_of_what_was_found_on_the_map_do_not_make_it_smaller():
 
 def test_the_first_look_is_not_untied():
     graph, truth = square(0.05)
-    graph.add(closing(truth, 0, 8)._replace(source=MeasuredBy.FIRST_LOOK))
+    graph.add(closing(truth, 0, 8)._replace(measured_by=MeasuredBy.FIRST_LOOK))
     graph.untie(8)
     before = worst(graph, truth)
     graph.solve(10)
