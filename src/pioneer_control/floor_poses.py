@@ -34,6 +34,11 @@ def relative(frame: Pose, pose: Pose) -> Pose:
     return Pose(x * cosine + y * sine, y * cosine - x * sine, wrapped(pose.heading - frame.heading))
 
 
+def distance_between(one: Pose, other: Pose) -> float:
+    """Return the distance (m) of two poses."""
+    return math.hypot(one.x - other.x, one.y - other.y)
+
+
 def between(before: Pose, after: Pose, share: float) -> Pose:
     """Return the pose at a share (0 to 1) of a motion between two poses in the same frame. It turns the shorter way."""
     return Pose(before.x + (after.x - before.x) * share, before.y + (after.y - before.y) * share,

@@ -17,7 +17,7 @@ from scipy.ndimage import binary_dilation, distance_transform_edt, label, unifor
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
-from ..floor_poses import Pose, wrapped
+from ..floor_poses import Pose, distance_between, wrapped
 from ..maps import FREE, OCCUPIED, UNKNOWN, GridMap
 from .planning import EIGHT_STEPS, net_of
 from .tuned import ExploringNumbers
@@ -144,7 +144,7 @@ class Explorer:
                 self.homeward = False   # there is more to explore
                 return True
             return attempt is not None and self.homeward and time - attempt.began > numbers.homeward
-        if _apart(pose, attempt.moved) > numbers.moved:
+        if distance_between(pose, attempt.moved) > numbers.moved:
             attempt.moved, attempt.moved_at = pose, time
         return (time - attempt.moved_at > numbers.stuck
                 or time - attempt.began > numbers.patience + numbers.patience_per_metre * attempt.goal.length
@@ -168,7 +168,7 @@ class Explorer:
         it is given up until the robot is elsewhere.
         """
         away = self._numbers.away
-        if _apart(pose, start) > away or math.hypot(end[0] - pose.x, end[1] - pose.y) < away:
+        if distance_between(pose, start) > away or math.hypot(end[0] - pose.x, end[1] - pose.y) < away:
             self._given_up.append(end)
         else:
             self._jam = pose
@@ -178,7 +178,7 @@ class Explorer:
         """Return whether the robot got away from where it was jammed. Then the ends that it did not get to from there
         are tried again.
         """
-        if self._jam is None or _apart(pose, self._jam) < self._numbers.away:
+        if self._jam is None or distance_between(pose, self._jam) < self._numbers.away:
             return False
         self._jam, self._not_from_jam = None, []
         return True
@@ -218,11 +218,6 @@ class Explorer:
         near = self._numbers.given_up / 2.0
         return self._given_up + self._not_from_jam + [end for end in self._tried if sum(
             math.hypot(end[0] - other[0], end[1] - other[1]) < near for other in self._tried) > self._numbers.tries]
-
-
-def _apart(one: Pose, other: Pose) -> float:
-    """Return the distance (m) of two poses."""
-    return math.hypot(one.x - other.x, one.y - other.y)
 
 
 def with_driven_floor(grid_map: GridMap, path: Array, radius: float) -> GridMap:

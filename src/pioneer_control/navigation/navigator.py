@@ -12,7 +12,7 @@ from typing import Any, Deque, Iterable, List, NamedTuple, Optional, Protocol, S
 
 import numpy as np
 
-from ..floor_poses import Pose, compose, relative, wrapped
+from ..floor_poses import Pose, compose, distance_between, relative, wrapped
 from ..maps.grid_map import GridMap
 from .aside import Aside
 from .chassis import Chassis, distance_outside
@@ -331,7 +331,7 @@ class Navigator:
         self._last = sensing
         self._lateness.note(sensing.time, now)
         self._suspected.drive(sensing.odometry)
-        if not self._trail or _apart(sensing.odometry, self._trail[-1]) > _TRAIL_STEP or abs(
+        if not self._trail or distance_between(sensing.odometry, self._trail[-1]) > _TRAIL_STEP or abs(
                 wrapped(sensing.odometry.heading - self._trail[-1].heading)) > _TRAIL_STEP:
             self._trail.append(sensing.odometry)
 
@@ -454,7 +454,7 @@ class Navigator:
         if now - task.progress_at > numbers.navigator.patience or task.aside.count > numbers.navigator.most_asides:
             aside = ", also after it went aside" if task.aside.count > 1 else ""
             return self.end(State.FAILED, "gave up: no way on for %.0f s%s, %.2f m from the goal" % (
-                now - task.progress_at, aside, _apart(task.goal, pose)))
+                now - task.progress_at, aside, distance_between(task.goal, pose)))
         around, live = self._around(pose, now), self._obstacles.live(now - numbers.navigator.silent)
         if around.apart[-1] < numbers.navigator.give_way:
             task.last_twist = STOP
@@ -465,7 +465,7 @@ class Navigator:
         if choice is None:
             return self.end(State.REACHED, "reached the goal")
         self._note_progress(task, pose, choice.blocked, now)
-        if task.blocked_at is not None and _apart(pose, task.blocked_at) > 0.15:
+        if task.blocked_at is not None and distance_between(pose, task.blocked_at) > 0.15:
             task.blocked_since = task.blocked_at = None
         task.last_twist = choice.twist
         if not choice.blocked:
@@ -485,7 +485,7 @@ class Navigator:
         if to_go < task.least_to_go - numbers.progress or task.at_goal and not blocked:
             task.least_to_go = to_go
             before = task.progress_odometry
-            if task.at_goal or before is None or _apart(odometry, before) > numbers.got_on:
+            if task.at_goal or before is None or distance_between(odometry, before) > numbers.got_on:
                 task.progress_at, task.progress_odometry = now, odometry
         elif to_go > task.least_to_go + 2.0:
             task.least_to_go = to_go    # a new plan leads round: measure its progress anew, on the same patience
@@ -518,10 +518,10 @@ class Navigator:
         """Return the next velocity, or None when the robot stands at the goal. Note in the task whether it is there."""
         numbers, goal, plan = self._numbers.steering, task.goal, task.plan
         assert plan is not None
-        distance = _apart(goal, pose)
+        distance = distance_between(goal, pose)
         stands_at = self._steering.stands_at(pose, self._velocity, task.last_twist, self._answer)
         near = numbers.arrived_at_last if now - task.progress_at > self._numbers.navigator.slow else numbers.arrived
-        task.at_goal = _apart(goal, stands_at) < (2.5 * numbers.arrived + 0.03 if task.at_goal else near)
+        task.at_goal = distance_between(goal, stands_at) < (2.5 * numbers.arrived + 0.03 if task.at_goal else near)
         if task.at_goal:
             off = abs(wrapped(goal.heading - stands_at.heading)) if task.with_heading else 0.0
             if off < numbers.arrived_heading:
@@ -583,11 +583,6 @@ class Navigator:
             more_x, more_y = self._suspected.places(all_x, all_y, self._obstacles.looks(), self._last.odometry)
             all_x, all_y = np.append(all_x, more_x), np.append(all_y, more_y)
         return Around(all_x, all_y, x[walking], y[walking], apart, beside, left, self.late)
-
-
-def _apart(one: Pose, other: Pose) -> float:
-    """Return the distance (m) of two poses."""
-    return math.hypot(one.x - other.x, one.y - other.y)
 
 
 def _seen_from(odometry: Pose, trail: Iterable[Pose]) -> Array:
