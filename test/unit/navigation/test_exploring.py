@@ -210,6 +210,17 @@ def test_what_it_did_not_get_to_from_where_it_was_jammed_is_tried_again_once_it_
     assert chosen(explorer, floor((0.5, 1.5)), Pose(2.1, 1.0, 0.0), 41.0).end == goal.end
 
 
+def test_it_also_tries_again_once_it_got_away_to_another_end():
+    two = floor((0.05, 0.95), (1.05, 1.95))
+    explorer = Explorer(Pose(2.0, 1.0, 0.5), RADIUS)
+    for _ in range(3):
+        chosen(explorer, two, HERE, 10.0)
+    jammed = chosen(explorer, two, HERE, 10.0).end
+    other = chosen(explorer, two, HERE, 20.0).end
+    assert other != jammed
+    assert chosen(explorer, two, Pose(2.4, other[1], 0.0), 30.0).end == pytest.approx(jammed)
+
+
 @pytest.mark.parametrize("places", [(2.5, 1.2), (3.2, 3.2, 3.2, 3.2)])
 def test_what_it_did_not_get_to_though_it_came_a_way_or_near_is_given_up_for_good(places):
     """It has two chances, and from near it also turns to look."""
@@ -219,6 +230,7 @@ def test_what_it_did_not_get_to_though_it_came_a_way_or_near_is_given_up_for_goo
         goal = chosen(explorer, floor((0.5, 1.5)), Pose(x, 1.0, 0.0), time)
     assert goal.end is None and explorer.homeward
     assert not explorer.is_over(HERE, 50.0)
+    assert not explorer.is_over(Pose(3.5, 1.0, 0.0), 50.0)
 
 
 def test_before_it_gives_up_it_turns_to_look():
