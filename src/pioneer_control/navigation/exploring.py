@@ -131,7 +131,8 @@ class Explorer:
 
     def is_over(self, pose: Pose, time: float, grid_map: Optional[GridMap] = None) -> bool:
         """Return whether it is not worth while to drive on to the present goal: the end of the map is known meanwhile,
-        or the robot does not get on. On its way home, only time ends it.
+        or the robot does not get on. On its way home, time ends it, or that the robot got away from where it was
+        jammed: then it is homeward no more.
 
         Args:
             pose: where the robot is (map frame).
