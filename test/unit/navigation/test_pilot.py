@@ -16,7 +16,7 @@ from pioneer_control.navigation.firings import timed
 from pioneer_control.navigation.node.map_files import floor_map_of
 from pioneer_control.navigation.mapping import Mapper
 from pioneer_control.navigation.navigator import Navigator, Readiness, State
-from pioneer_control.navigation.pilot import OwnMap, Pilot
+from pioneer_control.navigation.pilot import HOME_TRIES, OwnMap, Pilot
 from pioneer_control.navigation.pose_graph import PoseGraph
 from pioneer_control.navigation.steady_odometry import SteadyOdometry
 from pioneer_control.navigation.tuned import NavigationNumbers
@@ -208,6 +208,24 @@ def test_it_explores_a_room_without_a_map_and_comes_home():
     assert drive.off(Pose(*START)) < 0.4 and drive.firmware.contacts == 0
     grid = drive.pilot.grid
     assert (grid.cells == 0).sum() * grid.resolution ** 2 > 8.0
+
+
+def test_it_explores_on_from_its_way_home_once_it_got_away_from_where_it_was_jammed(monkeypatch):
+    homes, choose = [], Explorer.next
+
+    def noted(explorer, *asked):
+        goal = choose(explorer, *asked)
+        if goal is not None and explorer.homeward:
+            homes.append(goal)
+            explorer._jam = Pose(99.0, 99.0, 0.0) if len(homes) <= HOME_TRIES else None    # it is not there
+        return goal
+    monkeypatch.setattr(Explorer, "next", noted)
+    drive = Drive(with_map=False, walls=SMALL_ROOM)
+    drive.step()
+    drive.pilot.explore(True)
+    step = drive.until(State.REACHED, State.FAILED, most=600.0)
+    assert (step.state, step.reason) == (State.REACHED, "explored, home again")
+    assert len(homes) == HOME_TRIES + 1, "none of these was a try that failed"
 
 
 def test_a_robot_that_explores_knows_where_it_has_driven(monkeypatch):
