@@ -2,7 +2,8 @@
 
 `Beams` are readings of one moment or of a while, each with the pose that its sensor had relative to the robot as it
 stands now. `RangeModel` gives each robot pose the log-likelihood of each reading. The likelihood of a measured range is
-a sum of five parts: near the expected range, longer, none, shorter, and any.
+a sum of five parts: near the expected range, longer, none, shorter, and any. How likely the first three are depends on
+how the wall slants.
 """
 
 from dataclasses import replace
@@ -12,7 +13,7 @@ import numpy as np
 
 from ..maps import GridMap
 from .expected_ranges import Beam, ExpectedRanges
-from .tuned import SensorNumbers
+from .tuned import EchoShares, SensorNumbers
 
 Array = Any     # of numpy
 
@@ -63,7 +64,7 @@ class RangeModel:
 
     def __init__(self, grid_map: GridMap, beam: Beam, numbers: SensorNumbers, bias: float):
         self.expected = ExpectedRanges(grid_map, beam, bias)
-        self._count = self.expected.none + 1
+        self._count, self._lost = self.expected.none + 1, numbers.lost
         ranges = np.arange(self._count) * beam.unit
         self._near = np.rint(NEAR * (numbers.sigma + numbers.sigma_per_metre * ranges) / beam.unit).astype(np.int32)
         coarse = replace(numbers, sigma=numbers.sigma * COARSER, sigma_per_metre=numbers.sigma_per_metre * COARSER)
@@ -98,7 +99,8 @@ class RangeModel:
     def explained(self, pose: Array, beams: Beams) -> Array:
         """Return for each reading 1 if a pose (x, y, heading) explains it, 0 if not, and NaN if it says nothing.
 
-        A reading without an echo says nothing: a wall may have bounced the sound away.
+        A reading without an echo says nothing: a wall may have bounced the sound away. So it is with a longer range
+        than that of a wall that slants much.
         """
         return self._judged(self._expected(np.reshape(pose, (1, 3)), beams)[:, 0], beams)
 
@@ -109,11 +111,13 @@ class RangeModel:
         return logs, self._judged(expected[:, -1], beams)
 
     def _judged(self, expected: Array, beams: Beams) -> Array:
-        near = np.abs(expected - beams.measured) <= self._near[expected]
-        return np.where(beams.measured == self.expected.none, np.nan, near.astype(float))
+        number, slant = np.divmod(expected, self.expected.slants)
+        near = np.abs(number - beams.measured) <= self._near[number]
+        lost = (slant >= self._lost) & (beams.measured > number) & ~near
+        return np.where(lost | (beams.measured == self.expected.none), np.nan, near.astype(float))
 
     def _expected(self, poses: Array, beams: Beams, coarse: bool = False) -> Array:
-        """Return the expected numbers: array (readings, poses), since numpy is faster along the longer axis."""
+        """Return the expected echoes: array (readings, poses), since numpy is faster along the longer axis."""
         heading = poses[:, 2]
         pose_x, pose_y, cosine, sine, heading = (
             each.astype(np.float32) for each in (poses[:, 0], poses[:, 1], np.cos(heading), np.sin(heading), heading))
@@ -123,24 +127,30 @@ class RangeModel:
         y += cosine * beam_y
         x += pose_x
         y += pose_y
-        return self.expected.numbers(x, y, heading + beam_heading, coarse).astype(np.intp, copy=False)
+        return self.expected.echoes(x, y, heading + beam_heading, coarse).astype(np.intp, copy=False)
 
 
 def likelihoods(ranges: Array, beam: Beam, numbers: SensorNumbers) -> Array:
-    """Return the likelihood of each measured number for each expected number: array (expected, measured).
+    """Return the likelihood of each measured number for each expected echo: array (echoes, measured).
 
-    Each row has the sum 1. The last row and the last column stand for no echo.
+    Each row has the sum 1. The last column stands for no echo.
     """
+    of_slants = [_likelihoods(ranges, beam, numbers, shares) for shares in numbers.shares]
+    return np.stack(of_slants, axis=1).reshape(-1, len(ranges))
+
+
+def _likelihoods(ranges: Array, beam: Beam, numbers: SensorNumbers, shares: EchoShares) -> Array:
+    """Return the likelihood of each measured number for each expected number: array (expected, measured)."""
     expected, measured = ranges[:, None], ranges[None, :-1]
     sigma = numbers.sigma + numbers.sigma_per_metre * expected
     near = _shares(np.exp(-0.5 * np.square((measured - expected) / sigma)))
     longer, shorter = _shares((measured > expected).astype(float)), _shares((measured < expected).astype(float))
     anything = np.full_like(near, 1.0 / near.shape[1])
-    echoes = (numbers.hit * near + numbers.long * longer + numbers.short * shorter + numbers.random * anything)
-    all_parts = np.hstack((echoes, np.full((len(ranges), 1), numbers.none + numbers.random * 0.05)))
+    echoes = (shares.hit * near + shares.long * longer + numbers.short * shorter + numbers.random * anything)
+    all_parts = np.hstack((echoes, np.full((len(ranges), 1), shares.none + numbers.random * 0.05)))
     # nothing is in reach: no echo, or that of a thing that is on no map
     all_parts[-1, :-1] = numbers.short * shorter[-1] + numbers.random * anything[-1]
-    all_parts[-1, -1] = numbers.hit + numbers.none + numbers.long
+    all_parts[-1, -1] = sum(shares)
     return all_parts / all_parts.sum(axis=1, keepdims=True)
 
 

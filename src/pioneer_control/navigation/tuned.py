@@ -5,9 +5,23 @@ the node; `SensorNumbers` are not.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Tuple
 
 from ..parameters import Number, Whole, parameter
+
+
+class EchoShares(NamedTuple):
+    """What becomes of the echo of a wall.
+
+    Attributes:
+        hit: share of readings near the expected range.
+        long: share of longer readings: the wall bounces the sound away, and one behind it echoes.
+        none: share without an echo: the wall bounces the sound away.
+    """
+
+    hit: float
+    long: float
+    none: float
 
 
 @dataclass(frozen=True)
@@ -16,18 +30,21 @@ class SensorNumbers:
     range below the longest one; they are scaled to a sum of 1.
     """
 
+    shares: Tuple[EchoShares, ...]
+    """For each slant of a wall, see `expected_ranges.Beam`."""
+    lost: int
+    """Walls of this slant on often return no echo, so a longer reading tells nothing of whether a pose is right."""
+
     sigma: float = parameter(0.05, Number(0.001, 1.0), "standard deviation of a range at 0 m", "m")
     sigma_per_metre: float = parameter(0.015, Number(0.0, 0.5), "what each metre of range adds to it")
-    hit: float = parameter(0.62, Number(0.0, 1.0), "share of readings near the expected range")
-    long: float = parameter(0.15, Number(0.0, 1.0), "share of longer readings: a wall slants, one behind it echoes")
-    none: float = parameter(0.25, Number(0.0, 1.0), "share without an echo: a wall that slants bounces the sound away")
     short: float = parameter(0.06, Number(0.0, 1.0), "share of shorter readings: people, things that are on no map")
     random: float = parameter(0.03, Number(0.0, 1.0), "share of readings with any range")
 
 
-SONAR_NUMBERS = SensorNumbers()
-"""Sonar of a Pioneer."""
-LASER_NUMBERS = SensorNumbers(sigma=0.06, sigma_per_metre=0.02, hit=0.80, long=0.04, none=0.04, short=0.09, random=0.03)
+SONAR_NUMBERS = SensorNumbers((EchoShares(0.9, 0.03, 0.03), EchoShares(0.75, 0.1, 0.12), EchoShares(0.5, 0.22, 0.25),
+                               EchoShares(0.15, 0.4, 0.42)), lost=3)
+"""Sonar of a Pioneer. The shares lie between what walls return that are lost beyond 20 degrees, and beyond 40."""
+LASER_NUMBERS = SensorNumbers((EchoShares(0.8, 0.04, 0.04),), 1, sigma=0.06, sigma_per_metre=0.02, short=0.09)
 """A laser. Its standard deviation is mainly that of the table of expected ranges between its nodes and directions."""
 LASER_WEIGHT = 0.03
 """Share of each laser ray's log-likelihood that counts, as `LocalisationNumbers.weight` is of a sonar reading's."""
@@ -44,7 +61,7 @@ class LocalisationNumbers:
     particles: int = parameter(300, Whole(50, 20000), "poses in the cloud, while one place is likely")
     particles_searching: int = parameter(1200, Whole(50, 20000), "poses in the cloud, while several places are likely")
     roughening: float = parameter(
-        0.02, Number(0.0, 0.2), "poses drawn anew scatter so about the old, while it turns on the spot, is not "
+        0.03, Number(0.0, 0.2), "poses drawn anew scatter so about the old, while it turns on the spot, is not "
         "sure, and the cloud is wide", "m, rad")
     noise_way: float = parameter(
         0.05, Number(0.0, 1.0), "standard deviation of a way of 1 m by the wheels; it grows with the root of the way",

@@ -13,8 +13,13 @@ from pioneer_control.simulator.world.poses import unit
 
 def ranges(table, x, y, heading):
     """Return ranges (m) at some places, infinite where nothing is in reach."""
-    numbers = table.numbers(np.asarray(x, dtype=float), np.asarray(y, dtype=float), np.asarray(heading, dtype=float))
+    numbers = echoes(table, x, y, heading) // table.slants
     return np.where(numbers == table.none, math.inf, numbers * table.beam.unit)
+
+
+def echoes(table, x, y, heading, coarse=False):
+    """Return the echoes at some places."""
+    return table.echoes(*(np.asarray(each, dtype=float) for each in (x, y, heading)), coarse)
 
 
 @pytest.mark.parametrize("beam", [SONAR_BEAM, LASER_BEAM])
@@ -61,6 +66,50 @@ def test_the_table_is_that_of_the_simulators_sonar():
     true = [ear.echo(x, y, to, unit(to - HALF_CONE), unit(to + HALF_CONE)) for x, y, to in poses]
     off = np.abs(ranges(table, *np.transpose(poses)) - true)
     assert np.median(off) < 0.025 and np.quantile(off, 0.9) < 0.12
+
+
+def wall_map(degrees, thick):
+    """Return a map of 8 x 8 m with a straight wall through its middle, which faces to some degrees and back."""
+    x, y = np.meshgrid(*2 * [(np.arange(160) + 0.5) * 0.05 - 4.0])
+    away = x * math.cos(math.radians(degrees)) + y * math.sin(math.radians(degrees))
+    return GridMap(np.where(np.abs(away) <= thick / 2.0, OCCUPIED, FREE).astype(np.int8), 0.05, (-4.0, -4.0))
+
+
+@pytest.mark.parametrize("thick", [0.07, 0.5])
+@pytest.mark.parametrize("faces", range(0, 180, 15))
+@pytest.mark.parametrize("angle, slant", [(0, 0), (40, 1), (-40, 1), (55, 2), (-70, 3)])
+@pytest.mark.parametrize("coarse", [False, True])
+def test_an_echo_tells_how_the_wall_slants(thick, faces, angle, slant, coarse):
+    """The cone is 12.5 degrees wide to each side, and the ray that meets the wall most squarely is the shortest."""
+    table = ExpectedRanges(wall_map(faces, thick), SONAR_BEAM)
+    for side in (0.0, math.pi):
+        along = math.radians(faces) + side + math.radians(angle) + math.pi
+        to_wall = thick / 2.0 + 1.0 * math.cos(math.radians(angle))
+        x = to_wall * math.cos(math.radians(faces) + side)
+        y = to_wall * math.sin(math.radians(faces) + side)
+        assert int(echoes(table, [x], [y], [along], coarse)[0] % table.slants) == slant
+
+
+@pytest.mark.parametrize("limits, slants", [((), {0}), ((0.1,), {0, 1})])
+def test_there_are_as_many_slants_as_the_beam_divides_walls_into(limits, slants):
+    table = ExpectedRanges(wall_map(20.0, 0.07), LASER_BEAM._replace(slant_limits=limits))
+    x, y = np.meshgrid(np.linspace(-3.0, 3.0, 20), np.linspace(-3.0, 3.0, 20))
+    assert set((echoes(table, x, y, np.full((20, 20), 0.5)) % table.slants).ravel().tolist()) == slants
+
+
+def test_where_nothing_is_in_reach_nothing_slants():
+    table = ExpectedRanges(square_map(240), SONAR_BEAM)
+    assert [int(echoes(table, [6.0], [6.0], [0.3], coarse)[0]) for coarse in (False, True)] == 2 * [
+        table.none * table.slants]
+
+
+def test_a_map_with_too_many_columns_for_the_small_numbers_has_the_same_echoes():
+    """A ray that has met nothing stays so, and one that meets a wall far back on the map has its range."""
+    cells = np.full((4, 4000), FREE, dtype=np.int8)
+    cells[:, 20] = cells[:, 3980] = OCCUPIED
+    table = ExpectedRanges(GridMap(cells, 0.05, (0.0, 0.0)), LASER_BEAM._replace(slant_limits=(0.3, 0.6, 0.9)))
+    assert ranges(table, [2.0, 198.0, 100.0], 3 * [0.1], [math.pi, 0.0, 0.0]) == pytest.approx(
+        [0.975, 1.025, math.inf], abs=0.06)
 
 
 def test_a_bias_is_added():

@@ -1,5 +1,7 @@
 """How well poses explain readings."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from small_worlds import square_map
@@ -26,13 +28,32 @@ MIDDLE = np.array([[2.0, 2.0, 0.0]])    # 1.975 m before a wall: number 99
 def test_likelihoods_of_all_that_can_be_measured_add_up_to_1(beam, numbers):
     count = round(beam.maximum / beam.unit) + 2
     table = likelihoods(np.arange(count) * beam.unit, beam, numbers)
-    assert table.shape == (count, count) and table.min() > 0.0
+    assert table.shape == (count * beam.slants, count) and table.min() > 0.0
     assert table.sum(axis=1) == pytest.approx(1.0)
 
 
-def test_the_expected_range_is_the_likeliest_and_a_shorter_one_the_least_likely():
-    hit, longer, shorter = MODEL.log_likelihoods(MIDDLE, ahead(99, 160, 40))[0]
-    assert hit > longer > shorter
+def test_the_expected_range_is_the_likeliest_where_the_sensor_looks_at_a_wall_squarely():
+    hit, longer, shorter, none = MODEL.log_likelihoods(MIDDLE, ahead(99, 160, 40, NONE))[0]
+    assert hit > max(longer + 4.0, shorter + 4.0, none + 0.8)
+
+
+# The edge of the cone meets the wall at y = 0 after 1.81 m, at 57 degrees to its normal: number 90.
+ALONG_A_WALL = np.array([[1.0, 1.0, np.radians(-20.0)]])
+
+
+def test_where_a_wall_slants_the_sensor_often_hears_nothing_or_what_is_behind():
+    hit, longer, shorter, none = MODEL.log_likelihoods(ALONG_A_WALL, ahead(90, 140, 40, NONE))[0]
+    square = MODEL.log_likelihoods(MIDDLE, ahead(99, 149, 40, NONE))[0]
+    assert hit < square[0] - 1.0 and longer > square[1] + 2.0 and none > square[3] + 2.0
+    assert shorter == pytest.approx(square[2], abs=0.3)
+
+
+def test_laser_looks_at_all_walls_alike():
+    laser = RangeModel(square_map(80), LASER_BEAM, LASER_NUMBERS, 0.0)
+    numbers = laser.expected.number_of([0.975 / np.sin(np.radians(40.0)), 0.975])
+    poses = np.array([[1.0, 1.0, np.radians(-40.0)], [1.0, 1.0, np.radians(-90.0)]])
+    logs = laser.log_likelihoods(poses, ahead(*numbers, laser.expected.none))
+    assert [logs[0, 0], logs[0, 2]] == pytest.approx([logs[1, 1], logs[1, 2]], abs=0.3)
 
 
 def test_no_echo_is_likeliest_where_nothing_is_in_reach():
@@ -59,6 +80,13 @@ def test_a_coarse_comparison_forgives_more():
 def test_no_echo_explains_nothing_and_contradicts_nothing():
     explained = MODEL.explained(MIDDLE[0], ahead(99, 103, 130, 40, NONE))
     assert explained[:4].tolist() == [1.0, 1.0, 0.0, 0.0] and np.isnan(explained[4])
+
+
+def test_what_is_behind_a_wall_that_slants_much_contradicts_nothing():
+    near, behind, before = MODEL.explained(ALONG_A_WALL[0], ahead(90, 140, 40))
+    assert (near, before) == (1.0, 0.0) and np.isnan(behind)
+    nothing_lost = RangeModel(square_map(80), SONAR_BEAM, replace(SONAR_NUMBERS, lost=4), 0.0)
+    assert nothing_lost.explained(ALONG_A_WALL[0], ahead(140)) == 0.0
 
 
 def test_what_is_heard_again_and_again_counts_once():
