@@ -29,8 +29,6 @@ EDGE, ALONG = 1.0, 1.5
 """To find where a wall faces, cells are blurred by the first, and their edges by the second (standard deviations, in
 cells).
 """
-NEVER = 30000
-"""Stands for a ray that has met no cell. Cells that a ray has met have smaller numbers."""
 
 
 class Beam(NamedTuple):
@@ -198,7 +196,7 @@ def _rays(occupied: Array, beam: Beam, bias: float, more: int) -> Iterator[Array
     count, facing = beam.directions * beam.rays, _facing(occupied)
     for number in range(-more, count + more):
         cosine, sine = math.cos(2.0 * math.pi * number / count), math.sin(2.0 * math.pi * number / count)
-        slant = np.zeros(occupied.shape, dtype=np.int16)
+        slant = np.zeros(occupied.shape, dtype=np.int8)
         slant[occupied] = _slants(facing, cosine, sine, beam)
         along_x = abs(cosine) >= abs(sine)
         ahead, aside = (cosine, sine) if along_x else (sine, cosine)
@@ -250,10 +248,11 @@ def _swept(cells: Array, slant: Array, slants: int, forward: bool, slope: float)
     has_any = by_column.any(axis=1)
     rise = np.rint(np.arange(columns) * slope).astype(int)      # along a ray, counted from the column where it begins
     begin = (rise.max() - rise).tolist()        # the ray through the first row of each column
-    kind: Any = np.int16 if 2 * slants * columns < NEVER else np.int32
+    kind: Any = np.int16 if 2 * slants * columns < np.iinfo(np.int16).max else np.int32
+    never = np.iinfo(kind).max      # a ray has met no cell; it is far more than any place
     places = np.arange(columns, dtype=kind) * kind(slants)      # of columns along a ray
     numbers = np.add(slant.T, (places if forward else places[::-1])[:, None], order="C")
-    met = np.full(rows + int(np.ptp(rise)), NEVER, dtype=kind)      # for each ray, the number of the last cell
+    met = np.full(rows + int(np.ptp(rise)), never, dtype=kind)      # for each ray, the number of the last cell
     away = np.empty((-(-columns // CELLS_PER_NODE), -(-rows // CELLS_PER_NODE)), dtype=kind)
     for place in range(columns - 1, -1, -1):
         column = place if forward else columns - 1 - place

@@ -105,11 +105,12 @@ def test_where_nothing_is_in_reach_nothing_slants():
 
 def test_a_map_with_too_many_columns_for_the_small_numbers_has_the_same_echoes():
     """A ray that has met nothing stays so, and one that meets a wall far back on the map has its range."""
-    cells = np.full((4, 4000), FREE, dtype=np.int8)
-    cells[:, 20] = cells[:, 3980] = OCCUPIED
-    table = ExpectedRanges(GridMap(cells, 0.05, (0.0, 0.0)), LASER_BEAM._replace(slant_limits=(0.3, 0.6, 0.9)))
-    assert ranges(table, [2.0, 198.0, 100.0], 3 * [0.1], [math.pi, 0.0, 0.0]) == pytest.approx(
-        [0.975, 1.025, math.inf], abs=0.06)
+    cells = np.full((4, 9000), FREE, dtype=np.int8)
+    cells[:, 20] = cells[:, 8980] = OCCUPIED
+    beam = LASER_BEAM._replace(directions=4, slant_limits=(0.3, 0.6, 0.9))
+    table = ExpectedRanges(GridMap(cells, 0.05, (0.0, 0.0)), beam)
+    assert ranges(table, [2.0, 448.0, 250.0, 250.0, 5.0, 445.0], 6 * [0.1], [math.pi, 0.0, 0.0, math.pi, 0.0, math.pi]
+                  ) == pytest.approx([0.975, 1.025, *4 * [math.inf]], abs=0.06)
 
 
 def test_a_bias_is_added():
