@@ -83,8 +83,8 @@ def test_no_echo_explains_nothing_and_contradicts_nothing():
 
 
 def test_what_is_behind_a_wall_that_slants_much_contradicts_nothing():
-    near, behind, before = MODEL.explained(ALONG_A_WALL[0], ahead(90, 140, 40))
-    assert (near, before) == (1.0, 0.0) and np.isnan(behind)
+    near, just_behind, behind, before = MODEL.explained(ALONG_A_WALL[0], ahead(90, 93, 140, 40))
+    assert (near, just_behind, before) == (1.0, 1.0, 0.0) and np.isnan(behind)
     nothing_lost = RangeModel(square_map(80), SONAR_BEAM, replace(SONAR_NUMBERS, lost=4), 0.0)
     assert nothing_lost.explained(ALONG_A_WALL[0], ahead(140)) == 0.0
 
