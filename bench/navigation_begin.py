@@ -16,7 +16,7 @@ from navigation_wanders import MAP_RESOLUTION, map_of
 
 from pioneer_control.maps import GridMap
 from pioneer_control.navigation.localisation import Localisation
-from pioneer_control.navigation.planning import DrivableFloor, clearance_of
+from pioneer_control.navigation.planning import DrivableFloor
 from pioneer_control.navigation.tuned import PlanningNumbers
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.world.generated import random_world
@@ -61,7 +61,7 @@ def begun(side: float, seed: int) -> Begin:
     begin = time.process_time()
     Localisation(grid_map, model.sonar)
     localised, localise_memory = time.process_time(), peak()
-    floor = DrivableFloor(grid_map, clearance_of(grid_map), model.width / 2.0, PlanningNumbers())
+    floor = DrivableFloor(grid_map, model.width / 2.0, PlanningNumbers())
     floor.to(floor.places([0])[0])
     return Begin(localised - begin, localise_memory, time.process_time() - localised, peak())
 

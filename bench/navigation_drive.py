@@ -27,7 +27,7 @@ from pioneer_control.navigation.chassis import Chassis
 from pioneer_control.navigation.frames import into
 from pioneer_control.navigation.navigator import Decision, Navigator, Readiness, State
 from pioneer_control.navigation.node.parameters import NavigationParameters
-from pioneer_control.navigation.planning import DrivableFloor, clearance_of
+from pioneer_control.navigation.planning import DrivableFloor
 from pioneer_control.navigation.tuned import PlanningNumbers
 from pioneer_control.simulator.world.generated import with_unmapped, with_walkers
 from pioneer_control.simulator.world.people import people_of
@@ -71,7 +71,7 @@ class Leg(NamedTuple):
 
 def goals_of(grid_map: GridMap, chassis: Chassis, start, count: int, luck: random.Random) -> List[Pose]:
     """Return goals where the robot can turn on the spot, and that can be reached."""
-    floor = DrivableFloor(grid_map, clearance_of(grid_map), chassis.half_width, PlanningNumbers())
+    floor = DrivableFloor(grid_map, chassis.half_width, PlanningNumbers())
     rows, columns = np.nonzero(floor.clearance >= chassis.reach + 0.1)
     picks = [(int(r), int(c)) for r, c in zip(rows, columns)]
     found: List[Pose] = []

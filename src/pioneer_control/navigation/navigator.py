@@ -19,7 +19,7 @@ from .chassis import Chassis, distance_outside
 from .frames import into, out_of
 from .lateness import Lateness
 from .obstacles import Obstacles, cells_near, edge_cells
-from .planning import NOT_SLOW, DrivableFloor, RoutePlan, clearance_of, length_of
+from .planning import NOT_SLOW, DrivableFloor, RoutePlan, length_of
 from .steering import NOBODY, NOWHERE, Around, SteeringChoice, Steering, slowness
 from .suspected_walls import SuspectedWalls
 from .tuned import NavigationNumbers, NavigatorNumbers
@@ -170,7 +170,7 @@ class Navigator:
         """
         self._map, self._chassis, self._numbers = grid_map, chassis, numbers
         self._makes_map = makes_map
-        self._floor = self._floor_of(grid_map, clearance_of(grid_map, makes_map))
+        self._floor = self._floor_of(grid_map)
         self._edges = edge_cells(self._floor.clearance)
         self._obstacles = Obstacles(chassis, grid_map, self._floor.clearance, numbers.obstacles)
         self._steering = Steering(chassis, numbers.steering, makes_map)
@@ -187,28 +187,23 @@ class Navigator:
         self._suspected = SuspectedWalls(chassis.half_width, numbers.suspected_walls)
         self._trail: Deque[Pose] = deque(maxlen=_TRAIL)     # odometry where it was lately
 
-    def use_map(self, grid_map: GridMap, clearance: Array) -> None:
-        """Go on with a newer map. The goal stays, and what was heard lately; the way is planned anew.
-
-        Args:
-            grid_map: the map.
-            clearance: of this map, see `clearance_of`. On a large one this is half of the work.
-        """
+    def use_map(self, grid_map: GridMap) -> None:
+        """Go on with a newer map. The goal stays, and what was heard lately; the way is planned anew."""
         self._map = grid_map
-        self._floor = self._floor_of(grid_map, clearance)
+        self._floor = self._floor_of(grid_map)
         self._edges = edge_cells(self._floor.clearance)
         self._obstacles.use_map(grid_map, self._floor.clearance)
         if self._task is not None:
             self._task.planned_at, self._task.map_plan = -math.inf, None
 
-    def _floor_of(self, grid_map: GridMap, clearance: Array) -> DrivableFloor:
-        """Return the floor of a map, from its clearance.
+    def _floor_of(self, grid_map: GridMap) -> DrivableFloor:
+        """Return the floor of a map.
 
         A robot that makes its map is not slow beside what is on no map: at first all is.
         """
         chassis, numbers = self._chassis, self._numbers
         slow = NOT_SLOW if self._makes_map else slowness(numbers.steering, chassis.max_linear)
-        return DrivableFloor(grid_map, clearance, chassis.half_width, numbers.planning, slow)
+        return DrivableFloor(grid_map, chassis.half_width, numbers.planning, self._makes_map, slow)
 
     @property
     def acceleration_wanted(self) -> Accelerations:

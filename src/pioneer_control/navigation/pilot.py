@@ -2,8 +2,7 @@
 goals, and explores. The node and the benches use it alike.
 """
 
-from collections import deque
-from typing import Any, Callable, Deque, List, NamedTuple, Optional, Union
+from typing import Any, List, NamedTuple, Optional, Union
 
 import numpy as np
 
@@ -15,7 +14,6 @@ from .exploring import Explorer, NextGoal, with_driven_floor
 from .localisation import Localisation, Where
 from .mapping import Mapper
 from .navigator import Accelerations, Decision, Navigator, Readiness, State
-from .planning import clearance_of
 from .stretch import MOST_TURN
 from .tuned import NavigationNumbers
 from .values import STOP, Point, Sensing, Twist
@@ -184,12 +182,9 @@ class Pilot:
         self._explore_from = 0.0
         self._home_tries = 0
         self._mapped = -NEW_MAP_EVERY
-        # Each costly work has packets of its own, so that none takes long: the navigator gets a new map (the steps that
-        # are left), it plans (so many packets more), the next goal is chosen in steps, the robot is sent. The map is
-        # corrected in all others.
-        self._renewal: Deque[Callable[[], None]] = deque()
-        self._clearance: Array = None       # of the new map
-        self._plans = 0
+        # Each costly work has packets of its own, so that none takes long: the navigator gets a new map, it plans (so
+        # many packets more), the next goal is chosen in steps, the robot is sent. The map is corrected in all others.
+        self._is_new, self._plans = False, 0
         self._chooses, self._refusals = False, 0
         self._chosen: Optional[NextGoal] = None
         self._drivable = self._knows.drivable
@@ -298,22 +293,21 @@ class Pilot:
     def sense(self, sensing: Sensing, readiness: Readiness) -> PilotStep:
         """Take what the robot sensed in one packet, and return what to do."""
         jumped, self._origin = self._origin not in (None, sensing.origin), sensing.origin
-        where = self._knows.sense(sensing, bool(self._renewal) or self._plans > 0 or self._chooses)
+        where = self._knows.sense(sensing, self._is_new or self._plans > 0 or self._chooses)
         decision = self._navigator.step(sensing, where, readiness, sensing.time + readiness.late)
         explorer = self._explorer
         if explorer is not None and not (readiness.may_command and readiness.motors):
             explorer.held_up(sensing.time)
         ended = not decision.state.has_goal
-        if self._renewal:
-            self._plans = 0 if ended else 2
-            self._renewal.popleft()()
+        if self._is_new:
+            self._is_new, self._plans = False, 0 if ended else 2
+            self._navigator.use_map(self._drivable)
         elif explorer is not None and (ended or self._chooses):
             decision = self._explore_on(explorer, where, decision)
         elif self._plans > 0:
             self._plans -= 1
         elif self.makes_map and not 0.0 <= sensing.time - self._mapped < NEW_MAP_EVERY:
-            self._mapped, self._drivable = sensing.time, self._knows.drivable
-            self._renewal.extend((self._measure_map, self._use_map))
+            self._mapped, self._drivable, self._is_new = sensing.time, self._knows.drivable, True
         elif explorer is not None and explorer.is_over(where.pose, where.time, self._drivable):
             decision = self._explore_on(explorer, where, decision)
         if self._explorer is not None and not decision.state.has_goal:
@@ -324,12 +318,6 @@ class Pilot:
                               decision.reason, decision.twist, self._goal, self._navigator.late, self._navigator.plan)
         self._knows.told(decision.twist)
         return self.step
-
-    def _measure_map(self) -> None:
-        self._clearance = clearance_of(self._drivable, through_unknown=True)
-
-    def _use_map(self) -> None:
-        self._navigator.use_map(self._drivable, self._clearance)
 
     def _explore_on(self, explorer: Explorer, where: Where, decision: Decision) -> Decision:
         """Go on after the way to the goal before has ended: choose the next one, and in the packet after that go."""

@@ -81,41 +81,31 @@ class Slowness(NamedTuple):
 NOT_SLOW = Slowness(0.0, 0.0, 0.0)
 
 
-def clearance_of(grid_map: GridMap, through_unknown: bool = False) -> Array:
-    """Return the distance (m) from the middle of each cell of a map to the nearest cell that is not free.
-
-    Args:
-        grid_map: the map. All around it nothing is free.
-        through_unknown: unknown cells count as free, for a robot that explores.
-    """
-    passable = (grid_map.cells == FREE) | (through_unknown & (grid_map.cells == UNKNOWN))
-    framed = ndimage.distance_transform_edt(np.pad(passable, 1)) * grid_map.resolution
-    return framed[1:-1, 1:-1]
-
-
 class DrivableFloor:
     """The floor that a robot may use, on one map.
 
     Attributes:
-        clearance: distance (m) of each cell of the map, see `clearance_of`.
+        clearance: distance (m) from the middle of each cell of the map to the nearest cell that is not free.
         side: side (m) of a square.
     """
 
-    def __init__(self, grid_map: GridMap, clearance: Array, half_width: float, tuned: PlanningNumbers,
+    def __init__(self, grid_map: GridMap, half_width: float, tuned: PlanningNumbers, through_unknown: bool = False,
                  slowness: Slowness = NOT_SLOW):
         """Find the squares that the robot may use.
 
         Args:
             grid_map: the map.
-            clearance: its clearance, see `clearance_of`.
             half_width: half the width (m) of the robot.
             tuned: the numbers of planning.
+            through_unknown: unknown cells count as free, for a robot that explores.
             slowness: of the robot beside what is on no map.
         """
         self._map, self._tuned, self._half_width, self._slowness = grid_map, tuned, half_width, slowness
         self._least = half_width + tuned.squeeze
         self._wanted = half_width + tuned.keep
-        self.clearance = clearance
+        passable = (grid_map.cells == FREE) | (through_unknown & (grid_map.cells == UNKNOWN))
+        framed = ndimage.distance_transform_edt(np.pad(passable, 1)) * grid_map.resolution
+        self.clearance: Array = framed[1:-1, 1:-1]
         self._pooled = max(1, round(tuned.side / grid_map.resolution))
         self.side = grid_map.resolution * self._pooled
         self._usable = _most_of_squares(self.clearance, self._pooled) >= self._least

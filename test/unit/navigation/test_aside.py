@@ -8,10 +8,10 @@ from floor_for_tests import room
 
 from pioneer_control.floor_poses import Pose
 from pioneer_control.navigation.aside import Aside, roomy
-from pioneer_control.navigation.planning import DrivableFloor, clearance_of
+from pioneer_control.navigation.planning import DrivableFloor
 from pioneer_control.navigation.tuned import NavigatorNumbers, PlanningNumbers
 
-FLOOR = DrivableFloor(room(), clearance_of(room()), 0.2, PlanningNumbers())
+FLOOR = DrivableFloor(room(), 0.2, PlanningNumbers())
 NOTHING = np.zeros((0, 2))
 HERE = Pose(3.0, 2.0, 0.3)
 

@@ -10,7 +10,7 @@ from pioneer_control.floor_poses import Pose, wrapped
 from pioneer_control.maps.grid_map import FREE, OCCUPIED, GridMap
 from pioneer_control.navigation import navigator
 from pioneer_control.navigation.navigator import NavigationNumbers, Navigator, Readiness, State, kind_of
-from pioneer_control.navigation.planning import NOT_SLOW, DrivableFloor, RoutePlan, clearance_of
+from pioneer_control.navigation.planning import NOT_SLOW, DrivableFloor, RoutePlan
 from pioneer_control.navigation.steering import slowness
 from pioneer_control.navigation.suspected_walls import SuspectedWalls
 from pioneer_control.navigation.tuned import NavigatorNumbers, ObstacleNumbers, SteeringNumbers
@@ -672,7 +672,7 @@ def test_a_robot_that_makes_its_map_is_not_slow_beside_what_is_on_no_map(makes_m
     told = []
     monkeypatch.setattr(navigator, "DrivableFloor", lambda *rest: told.append(rest[-1]) or DrivableFloor(*rest))
     driver = Navigator(room(), chassis_of(), makes_map=makes_map)
-    driver.use_map(room(), clearance_of(room()))
+    driver.use_map(room())
     assert told == 2 * [NOT_SLOW if makes_map else slowness(SteeringNumbers(), 0.4)]
 
 
@@ -743,7 +743,7 @@ def test_what_stood_in_a_way_is_remembered_longer_than_its_echoes(remembered, do
 @pytest.mark.parametrize("then", [
     lambda run: run.step(where=Spot(run.pose, sure=False)),     # it may have been elsewhere
     lambda run: run.navigator.forget_obstacles(),
-    lambda run: run.navigator.use_map(run.walls, clearance_of(run.walls)),
+    lambda run: run.navigator.use_map(run.walls),
     lambda run: (run.go_away(1.0, 2.0), run.door())])       # from there it hears that the door is free
 def test_what_stood_in_a_way_is_forgotten(then):
     run = BlockedDoor()

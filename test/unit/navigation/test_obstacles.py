@@ -8,8 +8,8 @@ from floor_for_tests import chassis_of, room
 
 from pioneer_control.floor_poses import Pose
 from pioneer_control.navigation.obstacles import Obstacles, cells_near, edge_cells
-from pioneer_control.navigation.planning import clearance_of
-from pioneer_control.navigation.tuned import ObstacleNumbers
+from pioneer_control.navigation.planning import DrivableFloor
+from pioneer_control.navigation.tuned import ObstacleNumbers, PlanningNumbers
 from pioneer_control.navigation.values import Firing, Sensing
 
 HERE = Pose(2.0, 2.0, 0.0)
@@ -18,7 +18,8 @@ AHEAD = 3       # a transducer of a p3dx, at (0.166, 0.027), that looks 10 degre
 
 def memory(grid_map=None, **numbers):
     grid_map, chassis = grid_map or room(), chassis_of()
-    return Obstacles(chassis, grid_map, clearance_of(grid_map), ObstacleNumbers(**numbers))
+    clearance = DrivableFloor(grid_map, chassis.half_width, PlanningNumbers()).clearance
+    return Obstacles(chassis, grid_map, clearance, ObstacleNumbers(**numbers))
 
 
 def hear(obstacles, distance, time, number=AHEAD, odometry=HERE, where=HERE):
@@ -170,7 +171,7 @@ def test_what_stalled_the_wheels_is_kept_although_sonar_hears_through_it():
 
 def test_the_faces_of_walls_near_a_pose():
     grid_map = room()
-    clearance = clearance_of(grid_map)
+    clearance = DrivableFloor(grid_map, 0.2, PlanningNumbers()).clearance
     edges = edge_cells(clearance)
     assert edges.sum() == 2 * 118 + 2 * 78
     for half in (0.0, 0.025):

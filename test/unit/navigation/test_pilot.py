@@ -13,7 +13,6 @@ from pioneer_control.maps import FREE, UNKNOWN
 from pioneer_control.navigation.chassis import Chassis
 from pioneer_control.navigation.exploring import Explorer
 from pioneer_control.navigation.firings import timed
-from pioneer_control.navigation import pilot
 from pioneer_control.navigation.node.map_files import floor_map_of
 from pioneer_control.navigation.mapping import Mapper
 from pioneer_control.navigation.navigator import Navigator, Readiness, State
@@ -283,12 +282,12 @@ def test_on_its_own_map_the_robot_may_go_wherever_it_has_been():
 
 
 def test_while_it_explores_no_packet_has_to_do_all_at_once(monkeypatch):
-    """What is free on a new map, its floor, the plan on it, the choice of the next goal, the order to go there: each
-    has packets of its own, in which the map is not corrected.
+    """A new map, the plan on it, the choice of the next goal, the order to go there: each has packets of its own, in
+    which the map is not corrected.
     """
     did, seen, together = [], set(), []
-    for owner, name in ((pilot, "clearance_of"), (Navigator, "use_map"), (Navigator, "_plan_anew"), (Explorer, "next"),
-                        (Navigator, "go_to"), (Mapper, "_match"), (Mapper, "_tie"), (PoseGraph, "solve")):
+    for owner, name in ((Navigator, "use_map"), (Navigator, "_plan_anew"), (Explorer, "next"), (Navigator, "go_to"),
+                        (Mapper, "_match"), (Mapper, "_tie"), (PoseGraph, "solve")):
         def noted(*arguments, _call=getattr(owner, name), _name=name, **more):
             did.append(_name)
             return _call(*arguments, **more)
@@ -301,5 +300,5 @@ def test_while_it_explores_no_packet_has_to_do_all_at_once(monkeypatch):
         drive.step()
         together += [tuple(did)] if len(did) > 1 else []
         seen.update(did)
-    assert seen == {"clearance_of", "use_map", "_plan_anew", "next", "go_to", "_match", "_tie", "solve"}
+    assert seen == {"use_map", "_plan_anew", "next", "go_to", "_match", "_tie", "solve"}
     assert len(together) <= 3, together

@@ -7,7 +7,7 @@ import pytest
 
 from pioneer_control.maps.floor_map import FloorMap
 from pioneer_control.maps.grid_map import FREE, OCCUPIED, UNKNOWN, GridMap
-from pioneer_control.navigation.planning import NOT_SLOW, DrivableFloor, Slowness, clearance_of, length_of
+from pioneer_control.navigation.planning import NOT_SLOW, DrivableFloor, Slowness, length_of
 from pioneer_control.navigation.tuned import PlanningNumbers
 
 HALF_WIDTH = 0.21
@@ -29,9 +29,8 @@ def with_wall(gap_cells):
     return cells
 
 
-def floor_of(cells, through_unknown=False, slowness=NOT_SLOW):
-    grid_map = GridMap(cells, 0.05, (0.0, 0.0))
-    return DrivableFloor(grid_map, clearance_of(grid_map, through_unknown), HALF_WIDTH, PlanningNumbers(), slowness)
+def floor_of(cells, **more):
+    return DrivableFloor(GridMap(cells, 0.05, (0.0, 0.0)), HALF_WIDTH, PlanningNumbers(), **more)
 
 
 @pytest.mark.parametrize("goal, reason", [

@@ -8,13 +8,13 @@ from floor_for_tests import chassis_of, room
 
 from pioneer_control.floor_poses import Pose
 from pioneer_control.navigation.steering import Around, Steering, slowness
-from pioneer_control.navigation.planning import DrivableFloor, clearance_of
+from pioneer_control.navigation.planning import DrivableFloor
 from pioneer_control.navigation.tuned import PlanningNumbers, SteeringNumbers
 from pioneer_control.navigation.values import STOP, Twist
 
 ALL = range(16)
 ANSWER = 0.08    # s
-FLOOR = DrivableFloor(room(), clearance_of(room()), chassis_of().half_width, PlanningNumbers())
+FLOOR = DrivableFloor(room(), chassis_of().half_width, PlanningNumbers())
 STEERING = Steering(chassis_of(), SteeringNumbers())
 HERE = Pose(1.5, 2.0, 0.0)
 
