@@ -4,6 +4,7 @@ The folders:
 
 =============  ==========================================================================
 ``p2os``       the protocol: bytes to typed packets and back (no I/O, no ROS)
+``lms2xx``     the protocol of SICK's LMS2xx lasers, in the same way
 ``robots``     the properties of each robot model, in one data file
 ``client``     drive a robot from plain Python over a serial port, TCP or a WebSocket
 ``driver``     the ROS node around the client
@@ -16,11 +17,11 @@ The folders:
 ``web``        the page in a browser: see robots, and drive them by hand
 =============  ==========================================================================
 
-The files that the folders share: ``errors`` (every exception), ``parameters`` (how a node checks its parameters),
-``floor_poses`` (poses and their transforms), ``message_values`` (what the numbers in messages mean),
-``standard_messages`` (sonar and battery in messages of standard packages), ``port_url`` (the URL of a robot's port, and
-its key), ``ros_node`` (how a node starts and ends), ``interrupt`` (Ctrl-C without a traceback), ``whole_file`` (write a
-file completely or not at all) and ``pictures`` (what all pictures share).
+The files that the folders share: ``errors`` (every exception), ``wire_fields`` (packets read and written by tables),
+``parameters`` (how a node checks its parameters), ``floor_poses`` (poses and their transforms), ``message_values``
+(what the numbers in messages mean), ``standard_messages`` (sonar and battery in messages of standard packages),
+``port_url`` (the URL of a robot's port, and its key), ``ros_node`` (how a node starts and ends), ``interrupt`` (Ctrl-C
+without a traceback), ``whole_file`` (write a file completely or not at all) and ``pictures`` (what all pictures share).
 
 ``import pioneer_control`` alone loads none of these files and folders, and neither rospy nor serial.
 """

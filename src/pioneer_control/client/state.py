@@ -7,7 +7,7 @@ from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
 from .. import p2os
 from ..p2os import Flags
-from ..p2os.fields import made
+from ..wire_fields import made
 from .gripper import GripperReading, read_gripper, read_pioneer_1_gripper
 from .identity import RobotIdentity
 from .odometry import Odometry

@@ -22,18 +22,19 @@ A packet, byte by byte (VEL -200: drive backwards at 200 mm/s)::
 ``config``     the table of CONFIGpac, which describes the robot
 ``packets``    the tables of all other packets from the robot
 ``flags``      names of bits and numbers
-``fields``     reads and writes packets by their tables
 ``explain``    explains bytes in words
 ``recording``  reads, writes and explains the record of a line
 =============  =======================================================================
 
+The file `wire_fields` beside this folder reads and writes packets by their tables.
+
 ``python3 -m pioneer_control.p2os FA FB 06 ...`` explains these bytes. With ``--record FILE`` it explains a record.
 """
 
+from ..wire_fields import wrapped
 from .commands import (BAUD_RATES, COMMANDS, SYNC0, SYNC1, SYNC2, UNKNOWN_TO, Argument, Command, ReceivedCommand,
                        decode_command, encode_command, knows, two_bytes)
 from .config import Config
-from .fields import wrapped
 from .flags import (GRIPPER_VALUES, ChargeState, DigitalIn, FaultFlags, Flags, Flags3, GripperCommand, GripperSwitches,
                     GripState, StallBits)
 from .framing import PARTIAL_TIMEOUT, DecoderCounts, Frame, FrameDecoder, checksum, encode_frame

@@ -12,7 +12,7 @@ from enum import Enum
 from typing import Any, Dict, NamedTuple, Tuple, Union
 
 from ..errors import EncodingError
-from .fields import checked_bytes, checked_integer
+from ..wire_fields import checked_bytes, checked_integer
 from .framing import Frame, encode_frame
 
 SYNC0, SYNC1, SYNC2 = 0, 1, 2

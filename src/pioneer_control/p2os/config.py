@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Optional
 
-from .fields import BYTE, INT8, INT16, STRING, UINT16, UINT32, later, wire
+from ..wire_fields import BYTE, INT8, INT16, STRING, UINT16, UINT32, later, wire
 
 
 @dataclass(frozen=True)

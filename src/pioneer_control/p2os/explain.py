@@ -9,9 +9,9 @@ from fractions import Fraction
 from typing import Any, Iterator, List, NamedTuple, Optional
 
 from ..errors import UsageError
+from ..wire_fields import Row
 from .commands import (COMMAND_NUMBERS, NEGATIVE, OTHER_MEANINGS, POSITIVE, TEXT, Argument, Command, decode_command,
                        two_bytes)
-from .fields import Row
 from .flags import GripperCommand
 from .framing import HEADER, SMALLEST_COUNT, Frame, checksum
 from .packets import NAMES_ONLY, MalformedPacket, UnknownPacket, decode_packet, packet_rows

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any, Dict, List, NamedTuple, Tuple
 
 from ..errors import EncodingError
+from ..wire_fields import (BYTE, INT16, INT32, REST, STRING, UINT16, UINT32, Many, Record, Table, TextField, TooShort,
+                           made, read_fields, rows, wire, write_fields)
 from .config import Config
-from .fields import (BYTE, INT16, INT32, REST, STRING, UINT16, UINT32, Many, Record, Table, TextField, TooShort, made,
-                     read_fields, rows, wire, write_fields)
 from .flags import GripperSwitches, GripState
 from .framing import Frame, encode_frame
 from .sip import Sip

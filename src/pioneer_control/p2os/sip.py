@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import NamedTuple, Optional, Tuple
 
-from .fields import BYTE, INT8, INT16, UINT16, UINT32, Many, Record, later, wire
+from ..wire_fields import BYTE, INT8, INT16, UINT16, UINT32, Many, Record, later, wire
 from .flags import ChargeState, DigitalIn, FaultFlags, Flags, Flags3, GripState, StallBits
 
 STOPPED, MOVING = 0x32, 0x33

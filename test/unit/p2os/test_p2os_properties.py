@@ -9,8 +9,8 @@ from pioneer_control import p2os
 from pioneer_control.errors import EncodingError
 from pioneer_control.p2os.commands import Argument
 from pioneer_control.p2os.explain import explain
-from pioneer_control.p2os.fields import Many, NumberField, Record, TooShort, read_fields, write_fields
-from pioneer_control.p2os.fields import rows as p2os_rows
+from pioneer_control.wire_fields import Many, NumberField, Record, TooShort, read_fields, write_fields
+from pioneer_control.wire_fields import rows as p2os_rows
 from pioneer_control.p2os.packets import PACKETS, packet_rows
 
 LONGEST = 3 + 0xFF

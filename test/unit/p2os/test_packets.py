@@ -10,7 +10,7 @@ import pytest
 from pioneer_control import p2os
 from pioneer_control.errors import EncodingError
 from pioneer_control.p2os import packets as tables
-from pioneer_control.p2os.fields import NumberField, Record, Rest, TextField, rows
+from pioneer_control.wire_fields import NumberField, Record, Rest, TextField, rows
 
 SIP = p2os.decode_packet(golden.frame(golden.wire(golden.SIP)))
 CONFIG = p2os.decode_packet(golden.frame(golden.wire(golden.CONFIG)))

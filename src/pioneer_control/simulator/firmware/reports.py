@@ -9,7 +9,7 @@ from typing import Any, Callable, Dict, List, Mapping, Tuple
 
 from ... import p2os
 from ...p2os import DigitalIn, FaultFlags, Flags, GripperSwitches, GripState
-from ...p2os.fields import made
+from ...wire_fields import made
 from ..hardware import Hardware, RobotNumbers
 from ..hardware.accessories import JoystickState
 from ..world.poses import unit

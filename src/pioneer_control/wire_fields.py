@@ -8,6 +8,7 @@ packet or group. Each of its fields is a row of the form
 The rows are in the order of the bytes. A field that older firmware does not send has `later` instead of `wire`. A field
 without `wire` and `later` is not in the data: its value comes from the id of the frame.
 All integers are little-endian. Negative integers are two's complement. Strings end with a NUL (protocol sheet 1.4).
+The robot's protocol and those of devices on it are written in such tables.
 
 To save time, neighbouring numbers are read and written together, with one `struct`: a robot sends the same forty
 numbers ten times a second. When a number does not fit, the numbers are written one by one to find it.
@@ -21,7 +22,7 @@ from functools import cached_property, lru_cache, partial
 from itertools import groupby
 from typing import Any, Collection, Dict, List, NamedTuple, Optional, Sequence, Tuple, Type, Union
 
-from ..errors import EncodingError
+from .errors import EncodingError
 
 
 class TooShort(Exception):
