@@ -172,7 +172,7 @@ class Navigator:
         self._makes_map = makes_map
         self._floor = self._floor_of(grid_map)
         self._edges = edge_cells(self._floor.clearance)
-        self._obstacles = Obstacles(chassis, grid_map, self._floor.clearance, numbers.obstacles)
+        self._obstacles = Obstacles(chassis, grid_map, self._floor.clearance, numbers.obstacles, makes_map)
         self._steering = Steering(chassis, numbers.steering, makes_map)
         self._task: Optional[_Task] = None
         self._ended = Decision(STOP, State.IDLE, "no goal")

@@ -76,7 +76,8 @@ def _columns(echoes: List[_Echo]) -> Array:
 class Obstacles:
     """The memory of echoes of one robot."""
 
-    def __init__(self, chassis: Chassis, grid_map: GridMap, clearance: Array, tuned: ObstacleNumbers):
+    def __init__(self, chassis: Chassis, grid_map: GridMap, clearance: Array, tuned: ObstacleNumbers,
+                 makes_map: bool = False):
         """Begin without echoes.
 
         Args:
@@ -84,7 +85,10 @@ class Obstacles:
             grid_map: the map.
             clearance: distance (m) of each of its cells to the nearest that is not free, see `planning.DrivableFloor`.
             tuned: the numbers of this file.
+            makes_map: the robot makes this map, which is wrong by some centimetres. So it does not tell from which part
+                of its arc an echo comes.
         """
+        self._depth = math.inf if makes_map else tuned.explained_depth
         self._transducers = {each.number: each for each in chassis.transducers}
         self._map, self._clearance, self._tuned = grid_map, clearance, tuned
         self._standing = StandingObstacles(tuned)
@@ -162,11 +166,18 @@ class Obstacles:
 
     def explained(self, x: Array, y: Array, far: Array) -> Array:
         """Return which places (m, map frame) are so near to a wall of the map that an echo from this far (m) is its."""
+        return self._explains(self._room(x, y), far)
+
+    def _explains(self, room: Array, far: Array) -> Array:
+        """Return whether the map explains echoes from this far (m) at places that are so far (m) from its walls."""
+        return room < self._tuned.explained + self._tuned.explained_share * far
+
+    def _room(self, x: Array, y: Array) -> Array:
+        """Return how far (m) places (m, map frame) are from the nearest cell of the map that is not free."""
         row, column = self._map.cell(x, y)
         rows, columns = self._clearance.shape
         inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-        room = np.where(inside, self._clearance[np.where(inside, row, 0), np.where(inside, column, 0)], 0.0)
-        return room < self._tuned.explained + self._tuned.explained_share * far
+        return np.where(inside, self._clearance[np.where(inside, row, 0), np.where(inside, column, 0)], 0.0)
 
     def hear(self, sensing: Sensing, where: Optional[Pose]) -> None:
         """Take in the firings of one packet.
@@ -208,7 +219,10 @@ class Obstacles:
         x, y = eye_x + far * np.cos(heading + _ACROSS), eye_y + far * np.sin(heading + _ACROSS)
         explained = np.zeros(x.shape, dtype=bool)
         if where is not None:
-            explained = self.explained(*out_of(where, *into(sensing.odometry, x, y)), far)
+            room = self._room(*out_of(where, *into(sensing.odometry, x, y)))
+            # A wall returns the echo from where the arc is nearest to it.
+            returned = room < room.min(axis=1, keepdims=True) + self._depth
+            explained = self._explains(room, far) & returned
         by_map = explained.any(axis=1, keepdims=True)
         kept = np.where(np.abs(_ACROSS) < 0.4 * HALF_CONE, self._tuned.kept, self._tuned.kept_aside)
         until = time + np.where(by_map, self._tuned.kept_known, kept)

@@ -179,6 +179,9 @@ class ObstacleNumbers:
     cell: float = parameter(0.05, Number(0.01, 0.2), "echoes nearer to each other than about this are one", "m")
     explained: float = parameter(0.15, Number(0, 1), "an echo this near to a wall of the map comes from it", "m")
     explained_share: float = parameter(0.03, Number(0, 1), "what is added to that distance for each metre of range")
+    explained_depth: float = parameter(
+        0.03, Number(0, 1), "a wall's echo comes from the part of its arc that is nearest to the wall, and from what is"
+        " so much farther", "m")
     kept: float = parameter(25.0, Number(1, 600), "time after which what is on no map is forgotten", "s")
     felt: float = parameter(60.0, Number(1, 600), "time for which a place is kept where the wheels stalled", "s")
     kept_aside: float = parameter(5.0, Number(0, 600), "`kept` for the two ends of an arc, where it rather is not", "s")

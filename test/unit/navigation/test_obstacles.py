@@ -16,10 +16,10 @@ HERE = Pose(2.0, 2.0, 0.0)
 AHEAD = 3       # a transducer of a p3dx, at (0.166, 0.027), that looks 10 degrees to the left
 
 
-def memory(grid_map=None, **numbers):
+def memory(grid_map=None, makes_map=False, **numbers):
     grid_map, chassis = grid_map or room(), chassis_of()
     clearance = DrivableFloor(grid_map, chassis.half_width, PlanningNumbers()).clearance
-    return Obstacles(chassis, grid_map, clearance, ObstacleNumbers(**numbers))
+    return Obstacles(chassis, grid_map, clearance, ObstacleNumbers(**numbers), makes_map)
 
 
 def hear(obstacles, distance, time, number=AHEAD, odometry=HERE, where=HERE):
@@ -39,6 +39,31 @@ def test_an_echo_that_no_wall_explains_lies_on_an_arc_across_the_cone():
 def test_an_echo_of_a_wall_is_explained():
     places = hear(memory(), 1.85, 1.0, number=0)     # to the left, where the wall is at y = 3.975
     assert len(places.x) and places.mapped.all()
+
+
+ASLANT = 1      # a transducer of a p3dx that looks 50 degrees to the left
+BESIDE = Pose(2.0, 3.0, 0.0)        # the wall's face is at y = 3.95
+
+
+@pytest.mark.parametrize("depth, count", [(0.03, 1), (0.1, 2), (1.0, 3)])
+def test_the_echo_of_a_wall_comes_from_where_the_arc_is_nearest_to_it(depth, count):
+    places = hear(memory(explained_depth=depth), 0.95, 1.0, number=ASLANT, odometry=BESIDE, where=BESIDE)
+    assert len(places.x) == count and places.mapped.all()
+    nearest = places.y.argmax()
+    assert 3.95 - places.y[nearest] == pytest.approx(0.0, abs=0.03) and places.x[nearest] == places.x.min()
+    assert (3.95 - places.y).max() < depth + 0.03
+
+
+def test_a_robot_that_makes_its_map_keeps_all_that_its_map_explains():
+    """Its map is wrong by some centimetres."""
+    places = hear(memory(makes_map=True), 0.95, 1.0, number=ASLANT, odometry=BESIDE, where=BESIDE)
+    assert len(places.x) == 3 and places.mapped.all()
+
+
+def test_what_stands_right_before_a_wall_is_kept_where_it_is():
+    places = hear(memory(), 0.7, 1.0, number=0, odometry=BESIDE, where=BESIDE)
+    assert len(places.x) == 5 and places.mapped.all()
+    assert places.y == pytest.approx(np.full(5, 3.0 + 0.115 + 0.7), abs=0.03), "0.14 m before the wall"
 
 
 def test_an_echo_is_explained_at_its_pose_on_the_map_and_kept_in_the_frame_of_odometry():
