@@ -34,6 +34,7 @@ ROOMS = {
     "wire_fields": set(),
     "p2os": {"wire_fields"},
     "lms2xx": {"wire_fields"},
+    "laser": {"lms2xx"},
     "robots": {"p2os", "parameters"},
     "client": {"port_url", "wire_fields", "p2os", "robots"},
     "maps": {"floor_poses", "parameters", "whole_file"},

@@ -58,6 +58,10 @@ class Configuration:
     restart_times: Optional[int] = later(UINT16, "", "")
     dazzle_evaluations: Optional[int] = later(UINT16, "", "missing in firmware that has 32 bytes")
 
+    def changed(self, **fields: int) -> "Configuration":
+        """Return this configuration with some fields changed."""
+        return replace(self, **fields)
+
     def over(self, older: "Configuration") -> "Configuration":
         """Return this configuration with what it leaves out taken from an older one."""
         missing = {row.name: getattr(older, row.name) for row in rows(Configuration) if getattr(self, row.name) is None}

@@ -163,6 +163,11 @@ class TelegramDecoder:
         return bool(self._held)
 
     @property
+    def held_bytes(self) -> int:
+        """The number of such bytes."""
+        return len(self._held)
+
+    @property
     def counts(self) -> TelegramCounts:
         """The numbers of telegrams and of discarded bytes since the decoder was made."""
         return TelegramCounts(self._telegrams, self._answers, self._discarded, self._wrong_crcs)

@@ -1,0 +1,248 @@
+"""The computer's side of a laser's line: bytes and time go in, bytes and events come out. No I/O, no clock, no thread.
+
+What is said to a laser, and in which order, stands in `conversation`. This file carries it out: it sends a request,
+sends it again when it was not heard, hands the reply back, and notices when a laser falls silent.
+"""
+
+import math
+from collections import deque
+from typing import Any, Deque, Generator, List, NamedTuple, Optional, Union
+
+from ..lms2xx import (PARTIAL_TIMEOUT, WELL, Answer, MalformedMessage, RawScan, ScanReply, Telegram,
+                      TelegramCounts, TelegramDecoder, decode, encode, first_ray_before_first_byte, scan_time,
+                      time_on_line)
+from .conversation import Ask, LaserInfo, NoLaserError, Pause, SetLineSpeed, Step, closing, opening
+from .settings import LaserSettings
+
+AFTER_NAK = 0.03        # s: so long a host waits before it sends a request again that came with a wrong CRC (sheet 1.2)
+BACK_OFF = 1.0          # s from the end of one conversation to the begin of the next
+SILENT_SCANS = 5.0      # times the time from one scan to the next: a stream that is silent for longer has ended
+SILENT_AT_LEAST = 1.0   # s
+
+
+class Measuring(NamedTuple):
+    """The laser was found and configured, and its stream has begun."""
+
+    info: LaserInfo
+
+
+class ScanHeard(NamedTuple):
+    """A scan.
+
+    Attributes:
+        scan: its values.
+        info: of the laser.
+        first_ray: when the laser fired the first ray (s, on the clock of `receive`).
+        status: the laser's status byte.
+    """
+
+    scan: RawScan
+    info: LaserInfo
+    first_ray: float
+    status: int
+
+
+class LaserLost(NamedTuple):
+    """There is no laser, or no more; the session looks for it again. `reason` is for people."""
+
+    reason: str
+
+
+Event = Union[Measuring, ScanHeard, LaserLost]
+
+
+class LaserCounts(NamedTuple):
+    """Counters of a session, since it was made."""
+
+    line: TelegramCounts
+    scans: int
+    malformed: int
+    repeated: int
+    """Requests that were sent again."""
+    lost: int
+    """How often a laser that measured was lost."""
+
+
+class LaserSession:
+    """One laser on one line.
+
+    Call `receive` with what was read, `tick` when `due` is over, and then carry out what `take_output` returns.
+    """
+
+    def __init__(self, settings: LaserSettings, has_speed: bool, now: float):
+        """Begin to look for the laser.
+
+        Args:
+            settings: what is asked of it.
+            has_speed: the line is a serial port, whose speed can be set; not a socket or a pty.
+            now: the time (s).
+        """
+        self._settings, self._has_speed = settings, has_speed
+        self._decoder = TelegramDecoder(from_laser=True)
+        self._output: Deque[Union[bytes, SetLineSpeed]] = deque()
+        self._scans = self._malformed = self._repeated = self._lost = 0
+        self._heard_at = now
+        self._info: Optional[LaserInfo] = None
+        self._conversation: Optional[Generator[Step, Any, Optional[LaserInfo]]] = None
+        self._step: Optional[Step] = None
+        self._tries = 0
+        self.due = now
+        """When `tick` must be called at the latest (s)."""
+        self.closed = False
+        """The laser was told to stop, or is gone: nothing more is to be done."""
+        self._is_closing = False
+
+    @property
+    def counts(self) -> LaserCounts:
+        """What was counted so far."""
+        return LaserCounts(self._decoder.counts, self._scans, self._malformed, self._repeated, self._lost)
+
+    @property
+    def info(self) -> Optional[LaserInfo]:
+        """The laser that measures now; None while there is none."""
+        return self._info
+
+    def take_output(self) -> List[Union[bytes, SetLineSpeed]]:
+        """Return what is to be done now, in this order: write bytes, or set the speed of the port when all are sent."""
+        output = list(self._output)
+        self._output.clear()
+        return output
+
+    def receive(self, data: bytes, now: float) -> List[Event]:
+        """Take in bytes that were read at some time (s), and return what they tell."""
+        events: List[Event] = []
+        self._heard_at = now
+        found = self._decoder.feed(data)
+        behind = self._decoder.held_bytes       # bytes of the line that came after what is looked at
+        ends = []
+        for each in reversed(found):
+            ends.append(behind)
+            behind += each.length if isinstance(each, Telegram) else 1
+        for each, after in zip(found, reversed(ends)):
+            events += self._take_in(each, now - time_on_line(after, self._baud()), now)
+        return events
+
+    def tick(self, now: float) -> List[Event]:
+        """Do what is due at some time (s)."""
+        events: List[Event] = []
+        if self._decoder.waiting and now - self._heard_at > PARTIAL_TIMEOUT:
+            for each in self._decoder.drop_partial():
+                events += self._take_in(each, now, now)
+        if now < self.due or self.closed:
+            return events
+        if self._conversation is not None:
+            return events + self._out_of_time(now)
+        if self._info is not None:
+            return events + self._fail("the laser is silent for %.1f s: its power, its cable or another program"
+                                       % (now - self._heard_at), now)
+        self._begin(opening(self._settings, self._has_speed), now)
+        return events
+
+    def close(self, now: float) -> None:
+        """Tell the laser to stop, and to have the speed that it had before. Go on until `closed`."""
+        info, self._info, self._is_closing = self._info, None, True
+        if info is None:
+            self._end()
+        else:
+            self._begin(closing(info, self._has_speed), now)
+
+    def line_broke(self, reason: str, now: float) -> List[Event]:
+        """Begin anew on a new line, as the old one broke for some reason (for people)."""
+        self._decoder.drop_partial()
+        self._output.clear()
+        return self._fail(reason, now)
+
+    def _baud(self) -> int:
+        """The speed at which the laser sends, for the times of bytes."""
+        return self._info.baud if self._info is not None else self._settings.baud
+
+    def _take_in(self, found: Union[Telegram, Answer], end: float, now: float) -> List[Event]:
+        """Use an answer or a telegram whose last byte came at the time `end` (s)."""
+        if isinstance(found, Answer):
+            if found is Answer.NAK and isinstance(self._step, Ask):
+                self.due = min(self.due, now + AFTER_NAK)
+            return []
+        message = decode(found)
+        if isinstance(message, MalformedMessage):
+            self._malformed += 1
+            return []
+        if isinstance(self._step, Ask) and isinstance(message, self._step.wanted):
+            return self._go_on(message, now)
+        if isinstance(message, ScanReply) and self._info is not None and self._conversation is None:
+            return [self._scan(message.scan, found, end)]
+        return []
+
+    def _scan(self, scan: RawScan, telegram: Telegram, end: float) -> ScanHeard:
+        assert self._info is not None
+        self._scans += 1
+        self.due = end + self._silence(self._info)
+        first_byte = end - time_on_line(telegram.length, self._info.baud)
+        first_ray = first_byte - first_ray_before_first_byte(self._info.variant)
+        return ScanHeard(scan, self._info, first_ray, telegram.status or WELL)
+
+    def _silence(self, info: LaserInfo) -> float:
+        """Return the time (s) without a scan after which a stream has ended."""
+        return max(SILENT_AT_LEAST, SILENT_SCANS * scan_time(info.variant, info.baud))
+
+    def _begin(self, conversation: Generator[Step, Any, Optional[LaserInfo]], now: float) -> None:
+        self._conversation = conversation
+        self._go_on(None, now)
+
+    def _go_on(self, reply: Any, now: float) -> List[Event]:
+        """Hand a reply to the conversation, and begin its next step."""
+        conversation = self._conversation
+        assert conversation is not None
+        try:
+            self._step = conversation.send(reply)
+        except NoLaserError as error:
+            return self._fail(str(error), now)
+        except StopIteration as end:
+            return self._over(end.value, now)
+        self._tries = 0
+        self._do(now)
+        return []
+
+    def _do(self, now: float) -> None:
+        """Do the present step: once more, if it is a request that was not answered."""
+        step = self._step
+        if isinstance(step, SetLineSpeed):
+            self._output.append(step)
+            self.due = now
+        elif isinstance(step, Pause):
+            self.due = now + step.seconds
+        elif isinstance(step, Ask):
+            self._tries += 1
+            self._output.append(encode(step.request))
+            self.due = now + step.seconds
+
+    def _out_of_time(self, now: float) -> List[Event]:
+        step = self._step
+        if isinstance(step, Ask) and self._tries < step.tries:
+            self._repeated += 1
+            self._do(now)
+            return []
+        return self._go_on(None, now)
+
+    def _over(self, info: Optional[LaserInfo], now: float) -> List[Event]:
+        """End a conversation: the laser measures, or it was told to stop."""
+        self._conversation = self._step = None
+        if info is None:
+            self._end()
+            return []
+        self._info = info
+        self.due = now + self._silence(info)
+        return [Measuring(info)]
+
+    def _fail(self, reason: str, now: float) -> List[Event]:
+        """End for now, and look for the laser again after a while."""
+        self._lost += self._info is not None
+        self._conversation = self._step = self._info = None
+        self.due = now + BACK_OFF
+        if self._is_closing:
+            self._end()
+        return [LaserLost(reason)]
+
+    def _end(self) -> None:
+        """Do nothing more."""
+        self._conversation = self._step = None
+        self.closed, self.due = True, math.inf
