@@ -42,7 +42,8 @@ LONGEST_INPUT = 600         # bytes
 LARGEST_CORPUS = 4000       # inputs
 LONGEST_FRAME = 258         # bytes that a decoder may hold back
 TIMEOUT, REACTION = 0.6, 0.1
-TRACED = tuple(os.path.realpath(os.path.join(SOURCE, "pioneer_control", room)) + os.sep for room in ("p2os", "client"))
+TRACED = tuple(os.path.join(os.path.realpath(SOURCE), "pioneer_control", name)
+               for name in ("p2os" + os.sep, "client" + os.sep, "wire_fields.py"))
 
 
 class Wrong(Exception):

@@ -21,6 +21,7 @@ Files that import ROS:
 - `getting_ready`: waits for the driver, and says what is missing.
 - `commander`: publishes commands to the robot.
 - `travel`: sends the robot to places on the map; loaded only where a program navigates.
+- `goal_client`: sends goals by actionlib, for `travel`.
 
 The tutorial "Controlling Pioneers using p2os (Python)" on the ROS wiki is by Gautham Das. docs/tutorial.md describes
 our changes.

@@ -19,6 +19,7 @@ from ..floor_poses import Pose
 from ..message_values import quaternion_of
 from ..msg import Navigation, Places
 from ..srv import SaveMap, SavePlace
+from .goal_client import GoalClient
 from .reports import Stopwatch
 
 CONNECT_TIMEOUT = 15.0  #: s, time-out for navigation: it draws a table of a large map first
@@ -62,7 +63,7 @@ class Travel:
         self._news: Dict[type, Any] = {}
         self._exploration: Optional[Exploration] = None
         self._ended = False
-        self._client = actionlib.SimpleActionClient(prefix + "move_base", MoveBaseAction)
+        self._client = GoalClient(prefix + "move_base", MoveBaseAction)
         for topic, kind in (("navigation", Navigation), ("places", Places)):
             rospy.Subscriber(prefix + topic, kind, self._hear, kind, queue_size=1)
 

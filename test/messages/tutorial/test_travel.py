@@ -41,8 +41,7 @@ def journey(monkeypatch):
     monkeypatch.setattr(rospy.Time, "now", lambda: rospy.Time(BEGIN))
     monkeypatch.setattr(rospy, "get_time", lambda: float(BEGIN))
     monkeypatch.setattr(rospy, "is_shutdown", lambda: False)
-    monkeypatch.setattr(travel, "actionlib", types.SimpleNamespace(
-        SimpleActionClient=Client, SimpleGoalState=travel.actionlib.SimpleGoalState))
+    monkeypatch.setattr(travel, "GoalClient", Client)
     made = travel.Travel("r/")
     monkeypatch.setattr(made, "_call", lambda *arguments: SetBoolResponse(True, ""))
     made._hear(Places(), Places)
