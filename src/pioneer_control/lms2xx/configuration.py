@@ -58,7 +58,7 @@ class Configuration:
     restart_times: Optional[int] = later(UINT16, "", "")
     dazzle_evaluations: Optional[int] = later(UINT16, "", "missing in firmware that has 32 bytes")
 
-    def changed(self, **fields: int) -> "Configuration":
+    def changed(self, **fields: Any) -> "Configuration":
         """Return this configuration with some fields changed."""
         return replace(self, **fields)
 
