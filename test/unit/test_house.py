@@ -41,7 +41,8 @@ ROOMS = {
     "navigation": {"floor_poses", "maps", "message_values", "parameters", "robots"},
     "driver": {"message_values", "standard_messages", "parameters", "port_url", "ros_node", "p2os", "robots", "client",
                "msg"},
-    "simulator": {"message_values", "parameters", "ros_node", "pictures", "maps", "wire_fields", "p2os", "robots"},
+    "simulator": {"message_values", "parameters", "ros_node", "pictures", "maps", "wire_fields", "p2os", "lms2xx",
+                  "robots"},
     # robots: the outline, where a driver does not tell it
     "tutorial": {"floor_poses", "message_values", "ros_node", "robots", "msg", "srv"},
     "teleop": {"message_values", "ros_node", "msg"},

@@ -9,6 +9,7 @@ The docstring of each subpackage names the file to open first. Code imports only
 ``simulation``  several robots in one world and one simulated time
 ``firmware``    the robot's side of the protocol: sessions, commands, packets
 ``hardware``    drives, body, sonar, gripper, battery and accessories of one robot, in steps of simulated time
+``lms200``      a laser of the kind LMS200: what it measures, and its side of its own protocol
 ``world``       walls, posts and cans; sonar ranges and collisions; world files and maps
 
 ``clock`` is the clock of the simulated time. ``carrier`` carries robots and cans to other places. ``node`` is the ROS
