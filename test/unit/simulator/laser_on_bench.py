@@ -86,10 +86,14 @@ class LaserBench:
         return self.mode(lms2xx.Mode.ON_REQUEST)
 
     def mode(self, mode, parameters: bytes = b"") -> "LaserBench":
-        """Change to a mode."""
+        """Change to a mode. No time passes after the reply, so nothing of a stream has come."""
         self.take()
-        assert self.send(lms2xx.SetMode(mode, parameters)).wait(0.1).heard[:2] == acked(lms2xx.ModeSet(0))
-        return self
+        self.send(lms2xx.SetMode(mode, parameters))
+        for _ in range(1000):
+            if self.wait(0.0005).heard == acked(lms2xx.ModeSet(0)):
+                self.take()
+                return self
+        raise AssertionError("no reply to mode %02X, but %r" % (mode, self.heard))
 
     def speed(self, baud: int) -> "LaserBench":
         """Change the speed."""

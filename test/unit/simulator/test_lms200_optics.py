@@ -56,7 +56,8 @@ def test_neighbours_of_a_fine_scan_were_measured_a_turn_apart():
     assert len(set(after)) == 361
 
 
-@pytest.mark.parametrize("quarter, count, first", [(0, 181, -90.0), (1, 180, -89.75), (2, 180, -89.5), (3, 180, -89.25)])
+@pytest.mark.parametrize("quarter, count, first", [
+    (0, 181, -90.0), (1, 180, -89.75), (2, 180, -89.5), (3, 180, -89.25)])
 def test_rays_of_a_partial_scan(quarter, count, first):
     plan = partial_scan(quarter)
     assert len(plan.angles) == len(plan.after) == count and math.degrees(plan.angles[0]) == pytest.approx(first)

@@ -1,4 +1,4 @@
-"""Where rays of light end, compared with paper and pencil, and with the cone caster of sonar when its cone is a line."""
+"""Where rays of light end, compared with paper and pencil, and with the sonar's cone when it has no width."""
 
 import math
 import random
@@ -6,7 +6,6 @@ import random
 import numpy as np
 import pytest
 
-from pioneer_control.simulator.firmware import Firmware
 from pioneer_control.simulator.simulation import Simulation
 from pioneer_control.simulator.world import Can, World, load_world
 from pioneer_control.simulator.world.echoes import echo
@@ -100,7 +99,7 @@ def test_rays_from_several_squares_of_floor():
 def test_robots_and_people_are_seen_and_the_carrier_is_not():
     simulation = Simulation(World("floor", starts=[(0, 0, 0), (3, 0, 0)], walls=[(9, -1, 9, 1)],
                                   walks=[Walk(path=((0.0, 5.0), (0.0, 6.0)))]))
-    first, second = (simulation.add(find_model("p3dx-sh")) for _ in range(2))     # type: Firmware, Firmware
+    first, second = (simulation.add(find_model("p3dx-sh")) for _ in range(2))
     world, body = simulation.world, first.hardware.body
     distance, cosine, on_body = one(world, carrier=body)
     assert on_body and 2.6 < distance < 3.0 and cosine == pytest.approx(1.0)
