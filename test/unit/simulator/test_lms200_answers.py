@@ -130,6 +130,14 @@ def test_a_wrong_password(request_bytes, reply):
     assert bench.ask(lms2xx.WriteConfiguration(lms2xx.FACTORY)) == acked(lms2xx.NotPossible())
 
 
+@pytest.mark.parametrize("changes", [
+    *({"measuring_mode": mode} for mode in (0, 1, 2, 3, 4, 5, 6, 0x0F)), {"sensitivity": 3}, {"unit": 2}, {"unit": 0}])
+def test_a_configuration_that_makes_sense_is_written(changes):
+    bench = LaserBench().configure(**changes)
+    assert bench.laser.device.eeprom.configuration == dataclasses.replace(lms2xx.FACTORY, **changes)
+    assert bench.ask(lms2xx.AskScan(1))[1].scan.unit == changes.get("unit", 1)
+
+
 def test_a_tested_password_opens_nothing():
     bench = LaserBench()
     assert bench.ask(lms2xx.SetMode(Mode.TEST_PASSWORD, b"SICK_LMS")) == acked(lms2xx.ModeSet(0))
@@ -324,6 +332,15 @@ def test_power_off_and_on():
     status = bench.ask(lms2xx.AskStatus())[1]
     assert (status.mode, status.angle_deg, status.unit, status.speed_word) == (0x25, 180, 0, 0x8067)
     assert bench.laser.device.eeprom.writes == 1
+
+
+def test_power_on_does_nothing_to_a_laser_that_is_on():
+    bench = LaserBench().variant(100, 25)
+    bench.laser.power_on()
+    assert bench.wait(1.0).take() == [] and len(bench.scan().values) == 401
+    starting = LaserBench(numbers=dataclasses.replace(READY, boot=2.0))
+    starting.laser.power_on()
+    assert starting.wait(1.95).take() == [lms2xx.PowerOn(b"LMS200;301063;V02.10 ")]
 
 
 @pytest.mark.parametrize("keep, after", [(1, 38400), (0, 9600)])

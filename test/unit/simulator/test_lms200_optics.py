@@ -259,6 +259,14 @@ def test_the_size_of_the_spot():
             assert math.isfinite(many(world, replace(STILL, wall_reflectivity=1.0), 1)[0]) == hit
 
 
+def test_more_rays_across_the_spot_lie_at_equal_distances():
+    """Of five rays, that on the left and that between it and the middle hit the front: two fifths."""
+    radius = (0.012 + 0.0044 * 4.0) / 2.0
+    for beside, share in ((0.6, 1 / 5), (0.4, 2 / 5), (-0.1, 3 / 5)):
+        world = World("edge", walls=[(4.0, beside * radius, 4.0, 9.0), (4.05, -9.0, 4.05, 9.0)])
+        assert many(world, replace(STILL, rays=5), 1)[0] == pytest.approx(4.05 - 0.05 * share, abs=1e-5)
+
+
 def test_a_perfect_laser_has_no_spot():
     found = many(edge(0.5), PERFECT)
     assert set(found.tolist()) == {4.5}

@@ -10,6 +10,7 @@ from laser_on_bench import READY, ROOM, LaserBench, acked, laser, to_wall, wire
 from pioneer_control import lms2xx
 from pioneer_control.lms2xx import SPEEDS, TURN_S, VARIANTS, Answer, Mode, PartReply, ScanReply, Variant
 from pioneer_control.simulator.lms200 import FirmwareNumbers, moving
+from pioneer_control.simulator.lms200.device import Operation
 
 STREAM, STOP = lms2xx.SetMode(Mode.STREAM, b""), lms2xx.SetMode(Mode.ON_REQUEST, b"")
 MODES = lms2xx.MEASURING_MODES
@@ -54,6 +55,15 @@ def test_scans_per_second_of_the_sheet(baud, angle, step, rate):
     times = [when for when, message in arrivals(bench, 5.0 if baud < 100000 else 1.0)]
     found = (len(times) - 1) / (times[-1] - times[0])
     assert found == pytest.approx(rate, rel=0.1) and found <= rate * 1.01
+
+
+def test_turns_in_whole_microseconds():
+    operation = Operation(ready_us=17)
+    assert operation.turn_end_us(75 * 1000) == 17 + 1000 * 1000000
+    for number in range(1, 50):
+        end = operation.turn_end_us(number)
+        assert end == pytest.approx(17 + number * TURN_S * 1e6, abs=1.0)
+        assert (operation.turns_ended(end - 1), operation.turns_ended(end)) == (number - 1, number)
 
 
 def test_without_a_line_each_scan_comes():
@@ -176,6 +186,15 @@ def test_a_part_that_a_new_variant_does_not_have_ends():
     bench.take()
     assert bench.wait(1.0).take() == []
     assert bench.ask(lms2xx.AskStatus())[1].mode == Mode.ON_REQUEST
+
+
+def test_a_part_that_a_new_variant_has_stays():
+    bench = bench_at(38400, Variant(180, 50)).mode(Mode.STREAM_OF_A_PART, wire("1B 00 B5 00"))      # 27..181
+    bench.send(lms2xx.SetVariant(180, 100)).wait(0.5)
+    bench.decoder.drop_partial()
+    bench.take()
+    [part, *_] = [each for each in bench.wait(0.5).take() if isinstance(each, PartReply)]
+    assert (part.first, part.last, part.scan.values[-1]) == (27, 181, 5000)
 
 
 @pytest.mark.parametrize("mode", [Mode.ON_REQUEST, Mode.INSTALLATION, Mode.DIAGNOSIS])

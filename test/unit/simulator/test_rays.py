@@ -61,6 +61,16 @@ def test_no_ray_slips_through_a_corner():
     assert one(world, math.pi / 4)[0] == pytest.approx(2.0 * math.sqrt(2.0))
 
 
+def test_no_ray_slips_through_one_of_many_corners():
+    chance = random.Random(3)
+    for _ in range(200):
+        x, y = chance.uniform(1.0, 9.0), chance.uniform(-3.0, 3.0)
+        ends = [(x + chance.uniform(-1.0, 1.0), y + side * chance.uniform(0.5, 1.0)) for side in (1, -1)]
+        for walls in ([(x, y, *end) for end in ends], [(*end, x, y) for end in ends]):
+            found = one(World("corner", walls=walls), math.atan2(y, x))[0]
+            assert found == pytest.approx(math.hypot(x, y), abs=1e-6)
+
+
 def test_the_nearest_of_two():
     world = World("two", walls=[(4.0, -1.0, 4.0, 1.0), (2.0, -1.0, 2.0, 1.0)], posts=[(3.0, 0.0, 0.5)])
     assert one(world)[0] == 2.0

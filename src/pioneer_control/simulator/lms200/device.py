@@ -7,7 +7,7 @@ A laser keeps its `Eeprom` without power. All else is forgotten when it is switc
 from dataclasses import dataclass, field
 from typing import List, Optional
 
-from ...lms2xx import (FACTORY, MEASURING_MODES, PASSWORD, SPEEDS, TURN_S, WELL, Availability, Configuration,
+from ...lms2xx import (FACTORY, MEASURING_MODES, PASSWORD, SPEEDS, WELL, Availability, Configuration,
                        DeviceError, Indices, Mode, RawScan, Severity, Status, StatusReply, Variant)
 from ..clock import NEVER_US, Clock
 from .optics import Optics, PoseAt
@@ -16,7 +16,6 @@ from .ray_plans import RayPlan, complete_scan, partial_scan, quarter_of_turn
 
 TURNS, TURNS_US = 3, 40000
 """So many turns of the mirror take so many microseconds: 75 turns a second, in whole numbers."""
-assert abs(TURNS_US * 1e-6 - TURNS * TURN_S) < 1e-12
 FIRST_BAUD = 9600
 """Speed (baud) after power-on, unless the laser is told to keep another one (laser sheet 1.1)."""
 FIRST_VARIANT = Variant(180, 50)

@@ -26,7 +26,7 @@ from typing import Callable, Deque, List, Optional
 from ...lms2xx import Answer, Mode, PartReply, PowerOn, ScanReply, Telegram, TelegramDecoder, decode, encode
 from ..clock import NEVER_US, Clock
 from .answers import AnswerOfLaser, AnswerRow, row_of
-from .device import FirmwareNumbers, LaserDevice, Operation
+from .device import STREAMS, FirmwareNumbers, LaserDevice, Operation
 from .optics import Optics, PoseAt
 from .serial_output import SentBytes, SerialOutput
 
@@ -70,7 +70,6 @@ class LaserFirmware:
         self.ignored_bytes = self.missed_requests = 0
         self._chance = random.Random("laser line %s" % seed)
         self._output = SerialOutput(line_takes_time)
-        self._work: Optional[_Work] = None
         self._forget()
         self.power_on()
 
@@ -87,18 +86,23 @@ class LaserFirmware:
         return self.device.operation is not None
 
     def power_on(self) -> None:
-        """Switch the laser on. It hears nothing, until it sends telegram 90 after `FirmwareNumbers.boot` seconds."""
+        """Switch the laser on. It hears nothing, until it sends telegram 90 after `FirmwareNumbers.boot` seconds.
+
+        Nothing happens if it is on.
+        """
+        if self.is_ready or self._work is not None:
+            return
         self.device.baud = self.device.eeprom.power_on_baud
         self._plan(self.clock.now_us + round(self.numbers.boot * 1e6), self._become_ready)
 
     def power_off(self) -> None:
         """Switch the laser off at once. It keeps only its EEPROM."""
         self._forget()
-        self._work = None
         self.device.baud = self.device.eeprom.power_on_baud
 
     def _forget(self) -> None:
         self.device.operation = None
+        self._work: Optional[_Work] = None
         self._decoder = TelegramDecoder(from_laser=False)
         self._waiting: Deque[Telegram] = deque()
         self._last_byte_us = 0
@@ -160,8 +164,8 @@ class LaserFirmware:
     @property
     def _streams(self) -> bool:
         """Whether the laser streams, and nothing else."""
-        return self._work is None and self.device.operation is not None and (
-            self.device.operation.next_turn_us(self.clock.now_us) < NEVER_US)
+        operation = self.device.operation
+        return self._work is None and operation is not None and operation.mode in STREAMS
 
     def _stop_stream(self) -> None:
         """Drop what has not left of a streamed scan. A reply is never dropped."""

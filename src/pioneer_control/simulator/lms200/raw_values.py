@@ -4,12 +4,11 @@ from typing import Any, Tuple
 
 import numpy as np
 
-from ...lms2xx import CODES, MeasuringMode, Unit
+from ...lms2xx import MeasuringMode, Unit
 from ...lms2xx.scans import METRES
 
 NO_ECHO, TOO_FAR = -1, -9
-"""Keys of `CODES`."""
-assert {NO_ECHO, TOO_FAR} <= set(CODES)
+"""Keys of `lms2xx.CODES`."""
 
 
 def raw_values(distances: Any, mode: MeasuringMode, unit: int) -> Tuple[int, ...]:
