@@ -230,6 +230,10 @@ def test_errors_and_a_dirty_window_are_in_the_status_byte():
     device = bench.laser.device
     device.errors.append(lms2xx.DeviceError(lms2xx.Severity.WARNING, 18, False))
     assert bench.ask_bytes("02 00 01 00 32 16 12") == wire("06 02 80 04 00 B2 02 12 12 42 3A")
+    assert bench.ask(lms2xx.AskStatus())[1].defect == 0, "a warning is no defect"
+    device.errors[:] = [lms2xx.DeviceError(lms2xx.Severity.WARNING, 18, True)]
+    assert bench.ask_bytes("02 00 01 00 32 16 12")[-5:-2] == b"\x82\x12\x10"
+    device.errors[:] = [lms2xx.DeviceError(lms2xx.Severity.WARNING, 18, False)]
     device.dirty_window = True
     assert bench.ask_bytes("02 00 01 00 3A 1E 12")[-3] == 0x92
     device.errors[:] = [lms2xx.DeviceError(lms2xx.Severity.ERROR, 5, True)]
