@@ -6,7 +6,7 @@ from typing import Any
 import actionlib
 
 
-class GoalClient(actionlib.SimpleActionClient):
+class GoalClient(actionlib.SimpleActionClient):  # type: ignore[misc]  # actionlib has no types
     """actionlib's client, but for one thing: it hears of a goal only once it has noted which goal it is.
 
     An action server may answer before that. actionlib then logs "a goal handle that we're not tracking" as an error,
