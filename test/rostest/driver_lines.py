@@ -601,9 +601,9 @@ class DriverLines(unittest.TestCase):
         publisher.publish(MotorState(1))
         driver.says("cmd_motor_state refused: the ROS master does not say in time")
         before = len(firmware.heard)
-        publisher.publish(MotorState(0))
-        self.until("motors off is told",
-                   lambda: ("ENABLE", 0) in [(name, value) for _, name, value in firmware.heard[before:]])
+        # again and again: on a busy computer the driver may have no link to the robot yet
+        self.until("motors off is told", lambda: publisher.publish(MotorState(0)) or ("ENABLE", 0) in [
+            (name, value) for _, name, value in firmware.heard[before:]])
         self.assertNotIn(("ENABLE", 1), [(name, value) for _, name, value in firmware.heard])
         master.mend()
         self.until("motors are on", lambda: publisher.publish(MotorState(1)) or firmware.motors_enabled)
