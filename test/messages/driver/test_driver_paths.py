@@ -113,7 +113,7 @@ def followed(request, monkeypatch):
 def documented(what):
     text = (Path(PACKAGE).parents[1] / "CONTRIBUTING.md").read_text(encoding="utf-8")
     paragraph = re.search(r"^\* \*\*One `?%s`?\*\*(.*?)(?=^\* |^$)" % what, text, re.M | re.S)[1]
-    return re.findall(r"`([a-z_0-9]+/[a-z_0-9]+\.py)`", paragraph)
+    return re.findall(r"`((?:[a-z_0-9]+/)?[a-z_0-9]+\.py)`", paragraph)
 
 
 def test_a_reader_meets_these_files_in_this_order_and_no_others(followed):

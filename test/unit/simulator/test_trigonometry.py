@@ -58,8 +58,9 @@ INEXACT = {
 }
 """Functions of `math` and numpy that libraries round as they like."""
 INEXACT_DRAWS = {
-    "gauss", "normalvariate", "lognormvariate", "expovariate", "vonmisesvariate", "betavariate", "gammavariate"}
-"""Methods of `random.Random` that are made of these."""
+    "gauss", "normal", "standard_normal", "normalvariate", "lognormvariate", "expovariate", "vonmisesvariate",
+    "betavariate", "gammavariate"}
+"""Methods of `random.Random`, and of numpy's random numbers, that are made of these."""
 OFF_THE_WIRE = {"node.py", "picture.py"}
 """Files of the simulator whose numbers no robot sees."""
 

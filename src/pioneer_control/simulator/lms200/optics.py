@@ -52,12 +52,9 @@ class OpticsNumbers:
     """Share of the mixed values that lie outside of the two surfaces. Sheet part 5: 5 % [inv]."""
     stray_depth: float
     """How far (m) outside they lie at most. Sheet part 5: 0.1 m [inv]."""
-    least_reflectivity: float
-    """Reflectivity (1 is all light) that a near surface needs. Sheet part 5: 1.8 % to 4 m."""
-    reflectivity_at_10_m: float
-    """Reflectivity that a surface needs at 10 m. Sheet part 5: 10 %."""
-    reflectivity_power: float
-    """Power of the distance with which the needed reflectivity grows. Sheet part 5: 2.1."""
+    needed_reflectivity: Tuple[Tuple[float, float], ...]
+    """Pairs of a distance (m) and the reflectivity (1 is all light) that a surface needs there; between, in proportion.
+    Sheet part 5: read off a graph; at 5.5, 7 and 80 m by the sheet's formula."""
     wall_reflectivity: float
     """Reflectivity of all walls and posts; the world knows none. Grey PVC has 50 % (sheet part 5); for walls [inv]."""
     body_reflectivity: float
@@ -68,11 +65,13 @@ class OpticsNumbers:
 
 TYPICAL = OpticsNumbers(
     bias=0.015, noise=0.005, spot=0.012, spot_growth=0.0044, rays=3, together=0.1, pulse=1.0, stray=0.05,
-    stray_depth=0.1, least_reflectivity=0.018, reflectivity_at_10_m=0.1, reflectivity_power=2.1,
+    stray_depth=0.1,
+    needed_reflectivity=((4.0, 0.018), (5.5, 0.0285), (7.0, 0.047), (10.0, 0.1), (14.0, 0.2), (21.0, 0.5), (27.0, 0.8),
+                         (30.0, 1.0), (80.0, 7.9)),
     wall_reflectivity=0.5, body_reflectivity=0.15, farthest=80.0)
 """An LMS200."""
-PERFECT = replace(TYPICAL, bias=0.0, noise=0.0, spot=0.0, spot_growth=0.0, rays=1, least_reflectivity=0.0,
-                  reflectivity_at_10_m=0.0)
+PERFECT = replace(TYPICAL, bias=0.0, noise=0.0, spot=0.0, spot_growth=0.0, rays=1,
+                  needed_reflectivity=((0.0, 0.0),))
 """A laser without errors: each ray is a line, and sees everything up to 80 m. Only the unit of a telegram rounds."""
 
 
@@ -121,7 +120,9 @@ class Optics:
         reflectivity = np.where(ends.on_body, numbers.body_reflectivity, numbers.wall_reflectivity)
         shape = count, numbers.rays
         # The numbers drawn do not depend on the scene: a change in one place changes no error in another place.
-        noise, draws = self._chance.standard_normal(count), self._chance.random_sample((3, count))
+        # Twelve uniform numbers make a normal one, without a logarithm, which libraries round as they like.
+        noise = self._chance.random_sample((12, count)).sum(axis=0) - 6.0
+        draws = self._chance.random_sample((3, count))
         distances = self._echoes(ends.distance.reshape(shape), (reflectivity * ends.cosine).reshape(shape), draws)
         distances = np.where(distances < numbers.farthest, distances, np.inf)
         return np.maximum(distances + self.bias + noise * numbers.noise, 0.0)
@@ -169,10 +170,7 @@ class Optics:
 
     def _seen(self, light: Array, distance: Array) -> Array:
         """Return whether surfaces at some distances (m) return enough light."""
-        numbers = self.numbers
-        near = np.minimum(distance, numbers.farthest)       # no infinity: it times zero is no number
-        needed = numbers.reflectivity_at_10_m * (near / 10.0) ** numbers.reflectivity_power
-        return light >= np.maximum(needed, numbers.least_reflectivity)
+        return light >= np.interp(distance, *zip(*self.numbers.needed_reflectivity))
 
 
 @functools.lru_cache(maxsize=None)
