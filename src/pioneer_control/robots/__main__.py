@@ -6,8 +6,16 @@ import sys
 from typing import Callable, Dict, List, Optional
 
 from ..errors import UsageError
-from .model import RobotModel
+from .model import LaserPlace, RobotModel
 from .table import load_table
+
+
+def laser_cell(laser: Optional[LaserPlace]) -> str:
+    """Return the cell of a laser's place: x, y, and z where it is known."""
+    if laser is None:
+        return "-"
+    place = ", ".join("%g" % each for each in (laser.x, laser.y, laser.z) if each is not None)
+    return place + ", upside down" * laser.upside_down
 
 
 COLUMNS: Dict[str, Callable[[RobotModel], str]] = {
@@ -25,6 +33,7 @@ COLUMNS: Dict[str, Callable[[RobotModel], str]] = {
     "vel": lambda model: "%g" % model.vel_mm_s_per_unit,
     "range": lambda model: "%g" % model.range_mm_per_unit,
     "diff": lambda model: "%.6g" % model.diff_rad_per_mm,
+    "laser (m)": lambda model: laser_cell(model.laser),
     "wheel (mm)": lambda model: "%g" % (model.wheel_radius * 1000) if model.wheel_radius else "?",
 }
 """The columns of the printed table: from the heading of a column to a function that returns the cell of a model."""

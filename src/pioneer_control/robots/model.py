@@ -28,6 +28,21 @@ class Transducer(NamedTuple):
     heading: float
 
 
+class LaserPlace(NamedTuple):
+    """Where a laser range finder is mounted (m, base_link; its first ray of a symmetric scan looks to the right).
+
+    Attributes:
+        x, y: where its mirror is. It looks ahead.
+        z: how high its mirror is. None if that is not known: it is measured on the robot.
+        upside_down: whether it hangs. Then it measures from left to right.
+    """
+
+    x: float
+    y: float
+    z: Optional[float] = None
+    upside_down: bool = False
+
+
 @dataclass(frozen=True)
 class GripperShape:
     """The Pioneer 2/3 gripper: lengths in m, times in s, speed in m/s.
@@ -65,7 +80,8 @@ class RobotModel:
     """The properties of one robot model: one entry of the table of models (m, rad, s; base_link).
 
     ``length_front`` and ``length_rear`` begin at the centre of rotation. ``sonar`` holds the fitted transducers in the
-    order of their numbers, which may have gaps. ``wheel_radius`` is None when it is not known.
+    order of their numbers, which may have gaps. ``wheel_radius`` is None when it is not known, and so is ``laser``, the
+    place of the first laser, if one is fitted.
     """
 
     subtype: str
@@ -88,6 +104,7 @@ class RobotModel:
     can_carry_gripper: bool
     gripper: GripperShape
     wheel_radius: Optional[float] = None
+    laser: Optional[LaserPlace] = None
 
     @property
     def angle_rad_per_unit(self) -> float:

@@ -11,7 +11,7 @@ import yaml
 
 from ..errors import UnknownModelError, UsageError
 from ..parameters import Choice, Number, Switch, Whole, nearest
-from .model import GripperShape, RobotModel, Transducer
+from .model import GripperShape, LaserPlace, RobotModel, Transducer
 
 OWN_FILE = os.path.join(os.path.dirname(__file__), "models.yaml")
 SECTIONS = ("gripper", "sonar_layouts", "aliases", "excluded", "models")
@@ -56,6 +56,14 @@ MODEL_KEYS: Dict[str, Key] = {
     "can_carry_gripper": Key("can_carry_gripper", Switch()),
     "wheel_radius_mm": Key("wheel_radius", Number(0), lambda value_mm: value_mm / 1000.0 or None),
 }
+LASER_KEYS: Dict[str, Key] = {
+    "x_mm": Key("x", Number(-2000, 2000), _metres),
+    "y_mm": Key("y", Number(-2000, 2000), _metres),
+    "z_mm": Key("z", Number(0, 3000), _metres),
+    "upside_down": Key("upside_down", Switch()),
+}
+NOT_NEEDED = ("z_mm",)
+"""The keys of `LASER_KEYS` that a laser may leave out."""
 DEFAULTS = {"wheel_radius_mm": 0}
 """The keys that a model in the file may leave out, and their default values."""
 GRIPPER_KEYS: Dict[str, Key] = {
@@ -215,10 +223,20 @@ def _model(name: str, content: Dict[str, Dict[str, Any]], gripper: GripperShape,
     """Return the model ``name`` from the sections of a models file. Raises UsageError when a value is not legal."""
     where = "%s: model %s" % (source, name)
     values = dict(DEFAULTS, **_resolved(name, content["models"], source))
-    sonar = values.pop("sonar", ())
+    sonar, laser = values.pop("sonar", ()), values.pop("laser", "none")
     fields = _converted(where, values, MODEL_KEYS)
     return RobotModel(subtype=name, sonar=tuple(_transducers(where, sonar, content["sonar_layouts"])),
-                      gripper=gripper, **fields)
+                      gripper=gripper, laser=_laser("%s: laser" % where, laser), **fields)
+
+
+def _laser(where: str, laser: Any) -> Optional[LaserPlace]:
+    """Return the place of a laser from the value of the key ``laser``. Raises UsageError when it is not legal."""
+    if laser == "none":
+        return None
+    if not isinstance(laser, dict):
+        raise UsageError("%s is %r, but must be none, or a mapping with %s" % (where, laser, ", ".join(LASER_KEYS)))
+    keys = {name: key for name, key in LASER_KEYS.items() if name in laser or name not in NOT_NEEDED}
+    return LaserPlace(**_converted(where, laser, keys))
 
 
 def _transducers(where: str, sonar: Any, layouts: Dict[str, Any]) -> Iterator[Transducer]:

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from pioneer_control.errors import UnknownModelError, UsageError
-from pioneer_control.robots import find_model, load_table
+from pioneer_control.robots import LaserPlace, find_model, load_table
 
 # A sample of the vendor's parameter files, by hand: one row of each family.
 # subtype, family, front, rear, width (m), top speed (m/s), top rate (deg/s), units per turn, dist, vel, range, diff,
@@ -201,3 +201,40 @@ def test_a_users_file_that_makes_no_sense_is_refused_by_name(user_file, text, me
 def test_a_users_file_that_is_not_there_is_named():
     with pytest.raises(UsageError, match="models file /nowhere/robots.yaml cannot be read: No such file"):
         load_table("/nowhere/robots.yaml")
+
+
+@pytest.mark.parametrize("subtype, place", [
+    ("p3dx-sh", LaserPlace(0.021, 0.0)), ("p3at", LaserPlace(0.16, 0.0)), ("p2at8", LaserPlace(0.16, 0.007)),
+    ("p2pp", LaserPlace(0.016, 0.001)), ("p3at-sh-lms1xx", LaserPlace(0.197, 0.0)),
+    ("researchPB-lms500", LaserPlace(0.037, 0.0, None, True)), ("powerbot", LaserPlace(0.251, 0.0, None, True)),
+    ("pioneer-lx-ld", LaserPlace(0.267, 0.0, 0.19, True)), ("seekur", LaserPlace(0.69, 0.0)),
+    ("amigo-sh", None), ("p3atiw", None), ("pion1m", None),
+])
+def test_where_the_laser_of_a_model_sits(subtype, place):
+    assert find_model(subtype).laser == (place and pytest.approx(place))
+
+
+def test_a_laser_sits_on_its_robot():
+    for model in load_table().models.values():
+        if model.laser is not None:
+            assert -model.length_rear < model.laser.x < model.length_front and abs(model.laser.y) < model.width / 2
+
+
+def test_a_users_file_moves_a_laser_or_takes_it_away(user_file):
+    path = user_file("models: {p3dx-sh: {laser: {x_mm: -50, y_mm: 5, z_mm: 310, upside_down: true}},"
+                     " p3at: {laser: none}}")
+    assert find_model("p3dx-sh", path).laser == LaserPlace(-0.05, 0.005, 0.31, True)
+    assert find_model("p3at", path).laser is None
+
+
+@pytest.mark.parametrize("laser, message", [
+    ("sick", "laser is 'sick', but must be none, or a mapping with x_mm, y_mm, z_mm, upside_down"),
+    ("{x_mm: 1, upside_down: false}", "laser lacks y_mm"),
+    ("{x_mm: 1, y_mm: 2, upside_down: 1}", "upside_down is 1, but must be true or false"),
+    ("{x_mm: 3000, y_mm: 2, upside_down: false}", "x_mm is 3000"),
+    ("{x_mm: 1, y_mm: 2, z_mm: -1, upside_down: false}", "z_mm is -1"),
+    ("{x_mm: 1, y_mm: 2, upside_dwn: false}", "did you mean 'upside_down'"),
+])
+def test_a_laser_that_makes_no_sense(user_file, laser, message):
+    with pytest.raises(UsageError, match=message):
+        find_model("p3dx-sh", user_file("models: {p3dx-sh: {laser: %s}}" % laser))
