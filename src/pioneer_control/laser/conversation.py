@@ -88,14 +88,15 @@ def opening(settings: LaserSettings, has_speed: bool) -> Conversation:
     found = yield from _find(settings, has_speed)
     type_reply = yield from _need(AskType(), TypeReply)
     status = yield from _need(AskStatus(), StatusReply)
-    baud = found or _speed_of(status)
+    baud = _speed_of(status, found)
+    found_baud = baud
     variant, remarks = yield from _set_variant(settings, Variant(status.angle_deg, status.step_hundredths))
     configuration, more = yield from _configure(settings)
     if has_speed and baud != settings.baud:
         yield from _change_speed(settings.baud)
         baud = settings.baud
     yield from _start()
-    return LaserInfo(type_reply.text.decode("latin-1").strip(), variant, configuration, baud, found or baud,
+    return LaserInfo(type_reply.text.decode("latin-1").strip(), variant, configuration, baud, found_baud,
                      tuple(remarks + more))
 
 
@@ -142,11 +143,19 @@ def _need(request: Any, wanted: Type[Any], seconds: float = ANSWERS_WITHIN, trie
     return reply
 
 
-def _speed_of(status: StatusReply) -> int:
-    """Return the speed (baud) at which a laser says that it sends."""
+def _speed_of(status: StatusReply, found: Optional[int]) -> int:
+    """Return the speed (baud) at which a laser sends: what it says itself, or else that at which it was found.
+
+    The speed of the port may be none of the laser's: a pseudo-terminal takes every speed, and so may an adapter.
+
+    Raises:
+        NoLaserError: it says a speed that does not exist, and it was found on a line without a speed.
+    """
     for baud, speed in SPEEDS.items():
         if speed.word == status.speed_word:
             return baud
+    if found is not None:
+        return found
     raise NoLaserError("the laser says that its line has the speed %04X, which none has" % status.speed_word)
 
 
@@ -170,7 +179,7 @@ def _configure(settings: LaserSettings) -> Generator[Step, Any, Tuple[Configurat
     """Have the laser measure as it was asked; return what it keeps then, and a remark if that is not as asked.
 
     Raises:
-        NoLaserError: its password is another, it refuses, or its measuring mode is not known.
+        NoLaserError: its password is another, it refuses, or it measures no distances.
     """
     present = (yield from _need(AskConfiguration(), ConfigurationReply)).configuration
     asked = {"unit": settings.unit, "measuring_mode": settings.measuring_mode}
@@ -181,8 +190,11 @@ def _configure(settings: LaserSettings) -> Generator[Step, Any, Tuple[Configurat
     elif other:
         remarks = ["its %s is %d, not %d as asked: that is written to its EEPROM only when it may be (write)" % (
             name.replace("_", " "), getattr(present, name), value) for name, value in other.items()]
-    if present.measuring_mode not in MEASURING_MODES:
-        raise NoLaserError("the laser measures in mode %02X, which nobody has explained" % present.measuring_mode)
+    mode = MEASURING_MODES.get(present.measuring_mode)
+    if mode is None or mode.is_strength:
+        raise NoLaserError("the laser measures in mode %02X, %s: give another measuring_mode, and let it be written"
+                           " (write)" % (present.measuring_mode, "the strength of echoes" if mode else
+                                         "which nobody has explained"))
     return present, remarks
 
 

@@ -9,7 +9,7 @@ from collections import deque
 from typing import Any, Deque, Generator, List, NamedTuple, Optional, Union
 
 from ..lms2xx import (PARTIAL_TIMEOUT, WELL, Answer, MalformedMessage, RawScan, ScanReply, Telegram,
-                      TelegramCounts, TelegramDecoder, decode, encode, first_ray_before_first_byte, scan_time,
+                      TelegramCounts, TelegramDecoder, Unit, decode, encode, first_ray_before_first_byte, scan_time,
                       time_on_line)
 from .conversation import Ask, LaserInfo, NoLaserError, Pause, SetLineSpeed, Step, closing, opening
 from .settings import LaserSettings
@@ -51,12 +51,20 @@ class LaserLost(NamedTuple):
 Event = Union[Measuring, ScanHeard, LaserLost]
 
 
+def fits(scan: RawScan, info: LaserInfo) -> bool:
+    """Return whether a scan is one that this laser was told to send. Another program may have told it something else.
+    """
+    return len(scan.values) == info.variant.values and not scan.partial and scan.unit in list(Unit)
+
+
 class LaserCounts(NamedTuple):
     """Counters of a session, since it was made."""
 
     line: TelegramCounts
     scans: int
     malformed: int
+    """Telegrams that arrived whole and make no sense, with scans that have another number of values than they should.
+    """
     repeated: int
     """Requests that were sent again."""
     lost: int
@@ -169,6 +177,9 @@ class LaserSession:
         if isinstance(self._step, Ask) and isinstance(message, self._step.wanted):
             return self._go_on(message, now)
         if isinstance(message, ScanReply) and self._info is not None and self._conversation is None:
+            if not fits(message.scan, self._info):
+                self._malformed += 1
+                return []
             return [self._scan(message.scan, found, end)]
         return []
 

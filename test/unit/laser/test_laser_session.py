@@ -22,11 +22,14 @@ class ScriptedLaser:
         self.streams = self.installation = False
         self.password, self.deaf, self.naks, self.carries = b"SICK_LMS", 0, 0, True
         self.refuses, self.forgets, self.writes = (), False, 0
+        self.hears_every_speed, self.speed_word = False, None
         self.heard = []
         self._decoder = lms2xx.TelegramDecoder(from_laser=False)
 
     def hear(self, data, baud):
         """Return what it answers to bytes at some speed."""
+        if self.hears_every_speed:
+            baud = None
         if not self.power or baud not in (None, self.baud) or not self.carries and self.baud == 500000:
             return b""
         answer = b""
@@ -51,7 +54,7 @@ class ScriptedLaser:
             return lms2xx.TypeReply(b"LMS200;301063;V02.10 ")
         if isinstance(request, lms2xx.AskStatus):
             return lms2xx.StatusReply("V02.10 ", 0x25, 0, (0,) * 8, 0, (0,) * 48, 148, (0,) * 33, 0, (0,) * 4,
-                                      *self.variant, 2, (0,) * 4, lms2xx.SPEEDS[self.baud].word, 2, 0, 0, 0, 1, 1,
+                                      *self.variant, 2, (0,) * 4, self.speed_word or lms2xx.SPEEDS[self.baud].word, 2, 0, 0, 0, 1, 1,
                                       "V02.10 ", (0,) * 22)
         if isinstance(request, lms2xx.SetVariant):
             accepted = tuple(vars(request).values()) in lms2xx.VARIANTS
@@ -140,6 +143,35 @@ def test_on_a_socket_there_is_no_speed_to_set():
     info = bench.until(Measuring).info
     assert (info.baud, info.found_baud, bench.speeds) == (19200, 19200, [])
     assert not any(isinstance(heard, lms2xx.SetMode) and heard.mode == 0x40 for heard in bench.laser.heard)
+
+
+def test_on_a_line_that_takes_every_speed_the_laser_says_its_own():
+    """A pseudo-terminal is such a line. The laser is found with the first speed, but sends at another one."""
+    bench = Bench(ScriptedLaser(19200), baud=500000)
+    bench.laser.hears_every_speed = True
+    info = bench.until(Measuring).info
+    assert (info.found_baud, info.baud, bench.laser.baud) == (19200, 500000, 500000)
+
+
+@pytest.mark.parametrize("has_speed", [True, False])
+def test_a_speed_that_nobody_knows_counts_less_than_that_of_the_port(has_speed):
+    bench = Bench(has_speed=has_speed)
+    bench.laser.speed_word = 0x8123
+    if has_speed:
+        assert bench.until(Measuring).info.found_baud == 9600
+    else:
+        assert "the speed 8123, which none has" in bench.until(LaserLost).reason
+
+
+@pytest.mark.parametrize("scan", [
+    lms2xx.RawScan((1000,) * 181), SCAN._replace(partial=True), SCAN._replace(unit=3)])
+def test_a_scan_that_it_was_not_told_to_send_is_none(scan):
+    bench = Bench()
+    bench.until(Measuring)
+    bench.scans(values=scan)
+    assert bench.events == [] and bench.session.counts.malformed == 1 and bench.session.counts.scans == 0
+    bench.scans()
+    assert bench.until(ScanHeard).scan == SCAN
 
 
 def test_scans_have_the_time_of_their_first_ray():
@@ -307,6 +339,12 @@ def test_a_measuring_mode_that_nobody_has_explained():
     bench = Bench()
     bench.laser.configuration = lms2xx.FACTORY.changed(measuring_mode=13)
     assert "mode 0D" in bench.until(LaserLost).reason
+
+
+def test_a_measuring_mode_that_is_no_distance():
+    bench = Bench()
+    bench.laser.configuration = lms2xx.FACTORY.changed(measuring_mode=0x3F)
+    assert "mode 3F, the strength of echoes: give another measuring_mode" in bench.until(LaserLost).reason
 
 
 def test_noise_and_malformed_telegrams_are_counted():
