@@ -101,7 +101,7 @@ class Choice(NamedTuple):
     @property
     def legal(self) -> str:
         """The list of the legal values, for people."""
-        return "one of " + ", ".join(map(str, self.choices))
+        return "one of " + ", ".join("an empty text" if each == "" else str(each) for each in self.choices)
 
     def accept(self, value: Any) -> Any:
         """Return the element of ``choices`` that is equal to the value. Raises ValueError when there is none."""

@@ -34,7 +34,8 @@ ROOMS = {
     "wire_fields": set(),
     "p2os": {"wire_fields"},
     "lms2xx": {"wire_fields"},
-    "laser": {"lms2xx"},
+    # robots: where the laser of a model sits; client: its ports
+    "laser": {"lms2xx", "parameters", "ros_node", "robots", "client"},
     "robots": {"p2os", "parameters"},
     "client": {"port_url", "wire_fields", "p2os", "robots"},
     "maps": {"floor_poses", "parameters", "whole_file"},
@@ -55,7 +56,8 @@ ROOMS = {
 }
 # Files that may use ROS, by the start of their path in the package.
 ROS_PLACES = ("ros_node.py", "standard_messages.py", "driver/", "tutorial/", "bags/", "teleop/node.py",
-              "navigation/node/", "web/graph.py", "web/graph_navigation.py", "web/node.py", "simulator/node.py")
+              "laser/node.py", "laser/diagnostics.py", "navigation/node/", "web/graph.py", "web/graph_navigation.py",
+              "web/node.py", "simulator/node.py")
 ROS_MODULES = {"rospy", "tf", "tf2_ros", "dynamic_reconfigure", "genpy", "rosbag", "rosgraph", "roslaunch", "roslib",
                "rospkg", "rostest", "rostopic", "nav_msgs", "geometry_msgs", "sensor_msgs", "std_msgs", "std_srvs",
                "tf2_msgs", "actionlib", "actionlib_msgs", "move_base_msgs", "rosgraph_msgs", "diagnostic_msgs",

@@ -15,7 +15,6 @@ from functools import partial
 from typing import Any
 
 from ..errors import LinkLostError, PortError
-from .tcp import DEFAULT_PORT, WITHOUT_A_ROBOT
 from .transport import NO_MORE_BYTES, WRITE_TIMEOUT, StreamTransport, Transport
 
 POLLED = sys.platform == "win32"
@@ -23,10 +22,10 @@ POLLED = sys.platform == "win32"
 SLICE = 0.02        # s that one read of a PolledSerialTransport waits: as long may a wake() take
 
 
-def open_serial(path: str, baud: int) -> Transport:
+def open_serial(path: str, baud: int, advice: str) -> Transport:
     """Open a serial port: 8N1, raw, no flow control, locked against a second program (protocol 2.1).
 
-    Raises PortError that says why the port does not open and what to do.
+    Raises PortError that says why the port does not open and what to do. ``advice`` is for a user who has no such port.
     """
     try:
         import serial
@@ -37,7 +36,7 @@ def open_serial(path: str, baud: int) -> Transport:
         port = serial.Serial(path, baudrate=baud, exclusive=True, timeout=SLICE if POLLED else 0,
                              write_timeout=WRITE_TIMEOUT if POLLED else None)
     except serial.SerialException as error:
-        raise PortError(_why_not_open(path, error)) from error
+        raise PortError(_why_not_open(path, error, advice)) from error
     except (ValueError, OverflowError) as error:
         raise PortError("%s: %s" % (path, error)) from error
     return PolledSerialTransport(path, port) if POLLED else SerialTransport(path, port)
@@ -119,7 +118,7 @@ def change_baud(path: str, port: Any, baud: int) -> None:
         raise LinkLostError("%s: cannot change to %d baud: %s" % (path, baud, error)) from error
 
 
-def _why_not_open(path: str, error: OSError) -> str:
+def _why_not_open(path: str, error: OSError, advice: str) -> str:
     if POLLED:      # errors of Windows have no errno, but say why
         return "%s: %s. %s" % (path, error, _ports_here())
     import termios
@@ -127,7 +126,7 @@ def _why_not_open(path: str, error: OSError) -> str:
     if error.errno in (errno.ENOENT, errno.ENOTDIR, errno.ENXIO, errno.ENODEV):
         if os.path.isabs(path) and not path.startswith("/dev/"):
             return "%s: no such port. Does the simulated robot run that makes it?" % path
-        return "%s: no such port. %s. %s" % (path, _ports_here(), WITHOUT_A_ROBOT % DEFAULT_PORT)
+        return "%s: no such port. %s. %s" % (path, _ports_here(), advice)
     if error.errno in (errno.EACCES, errno.EPERM):
         return "%s: no permission. %s" % (path, _how_to_get_permission(path))
     if error.errno in (errno.EBUSY, errno.EAGAIN):

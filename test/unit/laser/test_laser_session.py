@@ -53,9 +53,9 @@ class ScriptedLaser:
         if isinstance(request, lms2xx.AskType):
             return lms2xx.TypeReply(b"LMS200;301063;V02.10 ")
         if isinstance(request, lms2xx.AskStatus):
+            word = self.speed_word or lms2xx.SPEEDS[self.baud].word
             return lms2xx.StatusReply("V02.10 ", 0x25, 0, (0,) * 8, 0, (0,) * 48, 148, (0,) * 33, 0, (0,) * 4,
-                                      *self.variant, 2, (0,) * 4, self.speed_word or lms2xx.SPEEDS[self.baud].word, 2, 0, 0, 0, 1, 1,
-                                      "V02.10 ", (0,) * 22)
+                                      *self.variant, 2, (0,) * 4, word, 2, 0, 0, 0, 1, 1, "V02.10 ", (0,) * 22)
         if isinstance(request, lms2xx.SetVariant):
             accepted = tuple(vars(request).values()) in lms2xx.VARIANTS
             if accepted:

@@ -1,0 +1,157 @@
+"""The ROS node of a SICK LMS2xx laser: it finds the laser on its port, and publishes what it measures.
+
+*Publishes*
+``scan`` (sensor_msgs/LaserScan): each complete scan, counter-clockwise; the stamp is the time of its first ray;
+``/diagnostics`` (diagnostic_msgs/DiagnosticArray): how the laser is, see `health`;
+``/tf_static``: where the laser sits, base_link -> laser, if the parameter ``place`` says it.
+
+*Parameters*: see `LaserParameters`. docs/laser.md describes all of it.
+
+Whenever the node ends, it tells the laser to stop and to take the speed that it had before. Nothing else that the laser
+keeps is changed, unless ``write`` is set.
+"""
+
+import math
+from time import monotonic
+from typing import Any, Callable, Dict
+
+import rospy
+import tf2_ros
+from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Header
+
+from ..errors import ParameterError, PioneerError
+from ..lms2xx import MEASURING_MODES, Unit, farthest_m, scan_time
+from ..ros_node import init_node
+from .conversation import LaserInfo
+from .conversion import numbers_of
+from .diagnostics import LaserDiagnostics
+from .line import CLOSING, LaserLine, PortDown, StillLooking
+from .parameters import Coordinates, LaserParameters, check_laser_parameters
+from .session import LaserLost, Measuring, ScanHeard
+
+START_GRACE = 3.0
+"""Time (s) after the start in which a missing port is no error. A simulated laser may start at the same time."""
+
+
+class LaserNode:
+    """Connects one laser with its topics and diagnostics. Create it, then call `run`."""
+
+    def __init__(self, parameters: LaserParameters) -> None:
+        self._parameters, self._mounted = parameters, parameters.mounted
+        self._started = monotonic()
+        self._trouble = ""
+        self._scans = rospy.Publisher("scan", LaserScan, queue_size=10, tcp_nodelay=True)
+        self._line = LaserLine(parameters.port, parameters.settings, self._on_event)
+        self._diagnostics = LaserDiagnostics(parameters.port, lambda: self._line.session.counts)
+        self._reactions: Dict[type, Callable[[Any], None]] = {
+            ScanHeard: self._publish,
+            Measuring: lambda event: self._welcome(event.info),
+            LaserLost: lambda event: self._complain("%s: %s" % (parameters.port, event.reason)),
+            PortDown: lambda event: self._port_down(event.reason),
+            StillLooking: lambda event: self._say(event.reason),
+        }
+
+    def run(self) -> int:
+        """Run until ROS shuts down, and return the exit code 0."""
+        rospy.on_shutdown(self._end)
+        if rospy.is_shutdown():     # then rospy does not call it any more
+            self._end()
+        rospy.loginfo("looking for a laser on %s", self._line.url)
+        if self._mounted.place is not None:
+            self._publish_place(self._mounted.place)
+        self._diagnostics.start()
+        try:
+            self._line.run()
+        finally:
+            self._diagnostics.stop()
+        counts = self._line.session.counts
+        rospy.loginfo("closed after %d scans, %d wrong CRCs, %d stray bytes; the laser was lost %d times",
+                      counts.scans, counts.line.wrong_crcs, counts.line.discarded_bytes, counts.lost)
+        return 0
+
+    def _end(self) -> None:
+        """Tell the laser to stop. rospy calls this in any thread when ROS shuts down, and waits for it."""
+        self._line.end()
+        self._line.ended.wait(CLOSING)
+
+    def _publish_place(self, place: Coordinates) -> None:
+        """Publish the transform base_link -> laser. The frame of the laser is always upright."""
+        x, y, z, yaw = place
+        if self._mounted.height_is_missing:
+            rospy.logwarn("how high the laser of a %s sits is not known: tf says 0; measure it and give place:=[%g, %g,"
+                          " HEIGHT, 0]", self._parameters.place, x, y)
+        self._broadcaster = tf2_ros.StaticTransformBroadcaster()
+        self._broadcaster.sendTransform(TransformStamped(
+            Header(stamp=rospy.Time.now(), frame_id=self._parameters.base_frame), self._parameters.laser_frame,
+            Transform(Vector3(x, y, z), Quaternion(0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0)))))
+
+    # Reactions to events of the line
+
+    def _on_event(self, event: Any) -> None:
+        self._reactions[type(event)](event)
+        self._diagnostics.event(event)
+
+    def _publish(self, event: ScanHeard) -> None:
+        if rospy.core.is_shutdown_requested():      # the topic may be closed
+            return
+        numbers = numbers_of(event, self._mounted.inverted, self._parameters.no_echo == "max")
+        age = monotonic() - numbers.first_ray
+        stamp = rospy.Time.from_sec(max(0.0, rospy.get_time() - age + self._parameters.time_offset))
+        try:
+            self._scans.publish(LaserScan(
+                Header(stamp=stamp, frame_id=self._parameters.laser_frame), numbers.angle_min, numbers.angle_max,
+                numbers.angle_increment, numbers.time_increment, numbers.scan_time, numbers.range_min,
+                numbers.range_max, numbers.ranges.tolist(), numbers.intensities.tolist()))
+        except rospy.ROSException:
+            if not rospy.core.is_shutdown_requested():
+                raise
+
+    def _welcome(self, info: LaserInfo) -> None:
+        self._trouble = ""
+        self._say(description(info))
+        for remark in info.remarks:
+            rospy.logwarn("the laser does not do all it was asked to: %s", remark)
+
+    def _say(self, sentence: str) -> None:
+        rospy.loginfo("%s", sentence)
+
+    def _port_down(self, reason: str) -> None:
+        if monotonic() - self._started < START_GRACE:
+            rospy.logdebug("%s (trying again)", reason)
+        else:
+            self._complain(reason)
+
+    def _complain(self, reason: str) -> None:
+        """Log an error, but the same one only once until the laser is there again."""
+        if reason != self._trouble:
+            self._trouble = reason
+            rospy.logerr("%s (trying again until it works)", reason)
+
+
+def description(info: LaserInfo) -> str:
+    """Return a sentence about a laser that measures."""
+    speed = "%d baud" % info.baud
+    if info.baud != info.found_baud:
+        speed += " (found at %d, and gets that back at the end)" % info.found_baud
+    unit = info.configuration.unit
+    farthest = farthest_m(MEASURING_MODES[info.configuration.measuring_mode], unit) if unit in list(Unit) else math.nan
+    return "%s measures at %s: %d degrees wide in steps of %.2f, to %g m, %.1f times a second" % (
+        info.type, speed, info.variant.angle_deg, info.variant.step_hundredths / 100.0, farthest,
+        1.0 / scan_time(info.variant, info.baud))
+
+
+def main() -> int:
+    """Run the node and return the exit code: 0 after a shutdown, 2 a wrong parameter."""
+    init_node("laser")
+    try:
+        parameters, warnings = check_laser_parameters(rospy.get_param("~", {}))
+        for warning in warnings:
+            rospy.logwarn("%s", warning)
+        node = LaserNode(parameters)
+    except PioneerError as error:
+        advice = " (What an earlier start was given stays until: rosparam delete %s)" % rospy.get_name()
+        rospy.logfatal("%s%s", error, advice if isinstance(error, ParameterError) else "")
+        return 2
+    return node.run()
