@@ -17,6 +17,8 @@ from pioneer_control.client.threads import BACK_OFF
 from pioneer_control.client.tuning import ROWS
 from pioneer_control.driver import notices
 from pioneer_control.driver.parameters import TUNING, DriverParameters, check_parameters
+from pioneer_control.laser.parameters import LaserParameters, Mounting, check_laser_parameters
+from pioneer_control.lms2xx import SPEEDS, VARIANTS, scan_time
 from pioneer_control.navigation.node.parameters import NavigationParameters, PlaceOrNothing
 from pioneer_control.p2os import knows
 from pioneer_control.parameters import AutoSwitch, Choice, Number, Numbers, Rate, Switch, Text, Whole
@@ -31,7 +33,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *DOCS.glob("*.md")])
 TYPES = {Number: "number", Rate: "number", Whole: "integer", Numbers: "list", Switch: "bool", AutoSwitch: "bool, text",
-         Text: "text", PlaceOrNothing: "list, text"}
+         Text: "text", PlaceOrNothing: "list, text", Mounting: "list, text"}
 
 
 def read(path: pathlib.Path) -> str:
@@ -54,11 +56,11 @@ def parameter_row(entry: dataclasses.Field) -> List[str]:
     kind, unit, meaning, live = (entry.metadata[key] for key in ("kind", "unit", "meaning", "live"))
     default = entry.default
     if default is None:
-        default = "" if isinstance(kind, PlaceOrNothing) else "auto"
+        default = "" if isinstance(kind, (PlaceOrNothing, Mounting)) else "auto"
     if isinstance(default, tuple):
         default = list(default)
     if isinstance(kind, Choice):
-        type_name = "integer" if isinstance(kind.choices[0], int) else "text"
+        type_name = {int: "integer", float: "number", str: "text"}[type(kind.choices[0])]
     else:
         type_name = TYPES[type(kind)]
     written = yaml.safe_dump(default, default_flow_style=True,
@@ -76,6 +78,21 @@ def test_every_parameter_of_navigation_has_its_row():
     """When this fails, the message has the rows that docs/navigation.md needs."""
     wanted = [parameter_row(entry)[:-1] for entry in dataclasses.fields(NavigationParameters)]
     assert rows(read(DOCS / "navigation.md"), "Parameters") == wanted
+
+
+def test_every_parameter_of_the_laser_has_its_row():
+    """When this fails, the message has the rows that docs/laser.md needs."""
+    wanted = [parameter_row(entry)[:-1] for entry in dataclasses.fields(LaserParameters)]
+    assert rows(read(DOCS / "laser.md"), "Parameters") == wanted
+    written = {row[0].strip("`"): yaml.safe_load(row[3] or "''") for row in wanted}
+    assert check_laser_parameters(written) == (LaserParameters(), [])
+
+
+def test_the_rates_of_a_laser_are_those_of_its_line():
+    wanted = [["%d, %.2f" % (variant.angle_deg, variant.step_hundredths / 100.0), "%d" % variant.values] + [
+        "%.3g" % (1.0 / scan_time(variant, baud)) for baud in SPEEDS] for variant in VARIANTS]
+    assert rows(read(DOCS / "laser.md"), "Speeds and rates") == wanted
+    assert sorted(SPEEDS) == list(SPEEDS)
 
 
 def test_defaults_can_be_written_as_they_are_read():

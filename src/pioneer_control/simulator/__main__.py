@@ -10,8 +10,9 @@ from typing import Any, Dict, List, Optional, Union
 from ..errors import PioneerError, UsageError
 from ..p2os.recording import Entry, read_record
 from ..robots import find_model, load_table
-from .line import Fault, LineRecorder, LineSimulation, Server, fault_of, load_faults
+from .line import Fault, LineRecorder, LineSimulation, Server, fault_of, laser_ports, load_faults
 from .line.faults import KINDS
+from .line.lasers import KINDS_OF_LASERS, STANDARD_LASER_PORT
 from .line.lines import STANDARD_PORT
 from .line.pace import SPEEDS
 from .parameters import Place
@@ -53,7 +54,8 @@ def serve(options: argparse.Namespace) -> int:
     robots: Union[Simulation, PlayedRobot] = (
         simulation_of(options, grounds.world if grounds else None) if options.play is None else played_robot(options))
     server = Server(robots, options.tcp, options.pty, speed=options.speed, seed=options.seed, faults=faults_of(options),
-                    record=options.record, say=say, lockstep=options.lockstep)
+                    record=options.record, say=say, lockstep=options.lockstep,
+                    lasers=laser_ports(options.laser, options.laser_port, options.laser_pty))
     truth: Optional[TruthService] = None
     try:
         if options.truth is not None and isinstance(robots, Simulation):
@@ -183,6 +185,10 @@ def welcome(server: Server, robots: Union[Simulation, PlayedRobot]) -> List[str]
     for berth in server.berths:
         places = [place for place in (berth.url, berth.pty_link) if place is not None]
         lines += ["    " + words for words in (places if single else ["  ".join([berth.robot.name, *places])])]
+    if server.lasers:
+        lines += ["Connect to %s at" % ("its laser" if single else "their lasers")]
+        lines += ["    " + laser.place if single else "    %s  %s" % (berth.robot.name, laser.place)
+                  for berth, laser in zip(server.berths, server.lasers)]
     return lines
 
 
@@ -232,6 +238,14 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
                        " (default: %s, unless --pty is given)" % STANDARD_PORT),
     "--pty": dict(metavar="LINK",
                   help="make a pseudo-terminal with this link to it; several robots have LINK1, LINK2, ..."),
+    "--laser": dict(default="none", choices=("none", *KINDS_OF_LASERS),
+                    help="laser on each robot, on a line of its own (default: %(default)s)"),
+    "--laser-port": dict(metavar="PORT",
+                         help="TCP port of the first robot's laser; the others have the next ports; 0: any free ports;"
+                              " or HOST:PORT (default: the first port after those of the robots, or %s)"
+                              % STANDARD_LASER_PORT),
+    "--laser-pty": dict(metavar="LINK",
+                        help="make a pseudo-terminal for the laser with this link to it, instead of a TCP port"),
     "--seed": dict(type=int, default=0,
                    help="random seed of sonar noise, wheel slip and damaged packets (default: %(default)s)"),
     "--speed": dict(type=float, default=1.0, metavar="X",

@@ -7,7 +7,8 @@ from dataclasses import dataclass, fields
 from typing import Any, Mapping, NamedTuple, Optional, Union
 
 from ..errors import ParameterError
-from ..parameters import AutoSwitch, Number, Numbers, Switch, Text, Whole, check, parameter
+from ..parameters import AutoSwitch, Choice, Number, Numbers, Switch, Text, Whole, check, parameter
+from .line.lasers import KINDS_OF_LASERS
 from .line.pace import SPEEDS
 from .simulation import MOST_ROBOTS, RANDOM
 from .world.poses import Pose
@@ -58,6 +59,12 @@ class SimulatorParameters:
     pty: str = parameter("", Text(empty=True),
                          "path of a link to a pseudo-terminal; several robots have their numbers behind the path;"
                          " empty for none")
+    laser: str = parameter("none", Choice(("none", *KINDS_OF_LASERS)), "laser on each robot, on a line of its own")
+    laser_port: Union[int, str, None] = parameter(
+        None, TcpAddress(), "TCP port of the first robot's laser; the others have the next ports; empty: the first port"
+        " after those of the robots, or 8102")
+    laser_pty: str = parameter("", Text(empty=True), "path of a link to a pseudo-terminal of the laser, instead of TCP;"
+                               " empty for none")
     seed: int = parameter(0, Whole(), "random seed of sonar noise, wheel slip and damaged packets")
     speed: float = parameter(1.0, Number(*SPEEDS),
                              "simulated seconds per real second; if not 1, the node publishes /clock")

@@ -56,8 +56,8 @@ class Simulation:
         self.robots: List[Firmware] = []
         self._walked_us = 0
         self.next_step_us = NEVER_US
-        self.on_step: Callable[[int], None] = lambda now_us: None
-        """Function that is called with the simulated time (microseconds) after each step of robots."""
+        self.on_step: List[Callable[[int], None]] = []
+        """Functions that are called with the simulated time (microseconds) after each step of robots."""
 
     def add(self, model: RobotModel, pose: Optional[Pose] = None, **options: Any) -> Firmware:
         """Add a robot, which is switched on now.
@@ -108,7 +108,8 @@ class Simulation:
                     self.next_step_us = robot.next_step_us
             if self.people:
                 self._walk(now_us)
-            self.on_step(now_us)
+            for look in self.on_step:
+                look(now_us)
         self.clock.now_us = end_us
 
     def _walk(self, now_us: int) -> None:

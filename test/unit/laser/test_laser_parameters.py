@@ -87,9 +87,9 @@ def test_frames_have_the_prefix():
 
 def test_parameters_of_sicktoolbox_wrapper_that_have_no_effect_are_told():
     given = dict(port="/dev/ttyUSB0", baud=38400, connect_delay=35, inverted=False, angle=180, resolution=0.5,
-                 units="mm", frame_id="laser", time_offset=0.0, desired_frequency=75, min_frequency=60, max_frequency=80,
-                 frequency_tolerance=0.3, window_size=30, min_acceptable_delay=0.0, max_acceptable_delay=0.2,
-                 hardware_id="x", colour="blue")
+                 units="mm", frame_id="laser", time_offset=0.0, desired_frequency=75, min_frequency=60,
+                 max_frequency=80, frequency_tolerance=0.3, window_size=30, min_acceptable_delay=0.0,
+                 max_acceptable_delay=0.2, hardware_id="x", colour="blue")
     accepted, warnings = check_laser_parameters(given)
     assert accepted.port == "/dev/ttyUSB0" and accepted.inverted is False
     assert len(warnings) == 10 and "~colour has no effect: it is not a parameter of this node" in warnings

@@ -15,7 +15,7 @@ def test_nothing_given_is_all_defaults():
 
 def test_every_default_is_legal():
     for entry in dataclasses.fields(SimulatorParameters):
-        given = {"tcp": "", "gripper": "auto", "start": ""}.get(entry.name, entry.default)
+        given = {"tcp": "", "laser_port": "", "gripper": "auto", "start": ""}.get(entry.name, entry.default)
         assert entry.metadata["kind"].accept(given) == entry.default
 
 
@@ -39,7 +39,8 @@ def test_a_start_that_is_none(given):
 
 
 @pytest.mark.parametrize("given, message", [
-    ({"wrold": "x"}, "did you mean ~world"), ({"qqqq": 1}, "unknown parameter ~qqqq: there are ~model, ~world"),
+    ({"wrold": "x"}, "did you mean ~world"), ({"laser": "hokuyo"}, "one of none, lms200"),
+    ({"qqqq": 1}, "unknown parameter ~qqqq: there are ~model, ~world"),
     ({"seed": 1.5}, "~seed = 1.5 .*a whole number"),
     ({"seed": True}, "~seed = True"),
     ({"world": 3}, "~world = 3 .*a text"),

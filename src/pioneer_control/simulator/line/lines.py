@@ -46,7 +46,8 @@ CHUNK = 4096
 ISPEED, OSPEED = 4, 5
 """Indices of the input speed and the output speed in the result of `termios.tcgetattr`."""
 BAUD_RATE_OF = {getattr(termios, "B%s" % baud): baud
-                for baud in (300, 600, 1200, 2400, 4800, *BAUD_RATES, 230400) if HAS_TERMINALS}
+                for baud in (300, 600, 1200, 2400, 4800, *BAUD_RATES, 230400, 500000)
+                if HAS_TERMINALS and hasattr(termios, "B%s" % baud)}
 """Baud rates by their constants in `termios`.
 
 A client's baud rate that is not in this table is taken to be equal to the robot's.
@@ -244,13 +245,15 @@ class PtyLine(_Line):
     Args:
         link: path of the symbolic link. A link of an earlier simulator is replaced. Any other file there is an error.
         baud: baud rate of the robot's end, and of the client's end until a client sets another.
+        unread_limit: number of unread bytes above which all of them are dropped.
 
     Raises:
         PortError: the link cannot be made, or this system has no pseudo-terminals. The message has the reason.
     """
 
-    def __init__(self, link: str, baud: int = 9600):
+    def __init__(self, link: str, baud: int = 9600, unread_limit: int = PTY_UNREAD_LIMIT):
         super().__init__(baud)
+        self._unread_limit = unread_limit
         if not HAS_TERMINALS:
             raise PortError("cannot make %s: this system has no pseudo-terminals. Give a TCP port instead: --tcp %d,"
                             " and to the client socket://localhost:%d" % (link, STANDARD_PORT, STANDARD_PORT))
@@ -284,7 +287,7 @@ class PtyLine(_Line):
     def write(self, data: bytes) -> None:
         """Send bytes to the client. If too many bytes are unread, drop all unread bytes first."""
         if self.plugged:
-            if self.unread > PTY_UNREAD_LIMIT:
+            if self.unread > self._unread_limit:
                 termios.tcflush(self._slave, termios.TCIFLUSH)
             if self._master.write(as_heard(data, self.baud, self.client_baud)) is None:     # the terminal is full
                 termios.tcflush(self._slave, termios.TCIFLUSH)

@@ -19,7 +19,9 @@ from typing import Any, Callable, Dict, List, Optional, Sequence, Set, Union
 from ...errors import LinkError, ParameterError
 from ...p2os.recording import Entry
 from ..firmware import Firmware, FirmwareState, RobotOnLine
+from ..simulation import Simulation
 from .faults import Fault
+from .lasers import LaserBerth, LaserPorts, place_on
 from .line_recorder import LineRecorder
 from .line_simulation import Arrival, LineSimulation
 from .lines import CHUNK, STANDARD_PORT, PtyLine, ServedLine, TcpLine, host_and_port
@@ -86,6 +88,7 @@ class Server:
         say: function that is called with a sentence when a fault begins or ends, or a client answers too late.
         lockstep: simulated time waits for the client of the only robot, at each SIP, this real time (s) at most; see
             `lockstep`. None: simulated time follows real time.
+        lasers: where the clients of the robots' lasers connect. None: robots have no lasers.
 
     Raises:
         PortError: a line cannot be opened.
@@ -96,13 +99,14 @@ class Server:
         self, robots: RobotsInTime, tcp: Union[int, str, None] = None, pty: Optional[str] = None, *, speed: float = 1.0,
         seed: int = 0, faults: Sequence[Fault] = (), record: Optional[str] = None,
         say: Callable[[str], None] = lambda sentence: None, lockstep: Optional[float] = None,
+        lasers: Optional[LaserPorts] = None,
     ):
         now_us = robots.clock.now_us
         pace = Pace(speed, now_us) if lockstep is None else Lockstep(lockstep, speed, now_us)
         alone = len(robots.robots) == 1 and isinstance(robots.robots[0], Firmware) and pty is None
-        if lockstep is not None and not alone:
-            raise ParameterError("lockstep is for one simulated robot on a TCP port: leave out other robots, records"
-                                 " and pseudo-terminals")
+        if lockstep is not None and (not alone or lasers is not None):
+            raise ParameterError("lockstep is for one simulated robot on a TCP port: leave out other robots, records,"
+                                 " pseudo-terminals and lasers")
         if tcp is None and pty is None:
             tcp = STANDARD_PORT
         self.lock = threading.RLock()
@@ -118,6 +122,8 @@ class Server:
         self.simulation = LineSimulation(robots, seed, faults, self._report)
         """The robots with their lines and faults."""
         self.berths: List[Berth] = []
+        self.lasers: List[LaserBerth] = []
+        """The lasers of the robots, in their order. Empty if they have none."""
         self._selector = selectors.DefaultSelector()
         self._watched: Dict[ServedLine, Set[Any]] = {}      # the files of each line that the selector watches
         self._paused: Dict[ServedLine, Berth] = {}          # lines that are not read while they are busy
@@ -126,6 +132,8 @@ class Server:
         self._thread = threading.Thread(target=self._run, name="simulated robots", daemon=True)
         try:
             self._open_berths(tcp, pty)
+            if lasers is not None:
+                self._open_lasers(robots, lasers, tcp, seed)
             self._recording = LineRecorder(record)
         except (LinkError, ParameterError):
             self._close()
@@ -137,6 +145,8 @@ class Server:
             link.on_cable = functools.partial(self._plug, berth)
             for line in berth.lines:
                 self._watch(berth, line)
+        for laser in self.lasers:
+            self._watch(laser, laser.line)
 
     @property
     def firmware(self) -> Firmware:
@@ -192,7 +202,7 @@ class Server:
 
     @property
     def _lines(self) -> List[ServedLine]:
-        return [line for berth in self.berths for line in berth.lines]
+        return [line for berth in self.berths for line in berth.lines] + [laser.line for laser in self.lasers]
 
     def _open_berths(self, tcp: Union[int, str, None], pty: Optional[str]) -> None:
         """Open the lines of all robots. For the arguments see `Server`."""
@@ -208,6 +218,24 @@ class Server:
             if link is not None:
                 berth.lines.append(PtyLine(link, robot.baud))
 
+    def _open_lasers(self, robots: RobotsInTime, ports: LaserPorts, tcp: Union[int, str, None], seed: int) -> None:
+        """Put a laser on each robot, and open its line. For the arguments see `Server`.
+
+        Raises:
+            PortError: a line cannot be opened.
+            ParameterError: the robots are not simulated, or nobody knows where a laser sits on their model.
+        """
+        if not isinstance(robots, Simulation):
+            raise ParameterError("lasers are for simulated robots: a record has nothing of what one would see")
+        for robot in robots.robots:
+            place_on(robot)     # before any line is opened
+        for number, (robot, link) in enumerate(zip(robots.robots, self.simulation.links)):
+            line = ports.line_of(number, len(robots.robots), tcp)
+            laser = LaserBerth(robot, robots.world, line, ports, "%s %s" % (seed, number), robots.clock.now_us,
+                               functools.partial(getattr, link, "powered"))
+            self.lasers.append(laser)
+            robots.on_step.append(laser.history.note)
+
     # -- its thread
 
     def _run(self) -> None:
@@ -215,16 +243,23 @@ class Server:
         try:
             while not self._stopping.is_set():
                 until_us = self.simulation.next_us if self.watched else self.simulation.news_us
+                until_us = min([until_us] + [laser.next_us for laser in self.lasers])
                 ready = self._selector.select(self.pace.rest(until_us))
                 with self.lock:
                     now = time.monotonic()
                     self._deliver(self.simulation.run_to(self._due_us(now)), now)
+                    for laser in self.lasers:
+                        laser.run_to(self.simulation.clock.now_us)
                     for key, _ in ready:
                         if key.fileobj is self._wakers[1]:
                             self._wakers[1].recv(CHUNK)
                         else:
                             berth, line = key.data
-                            self._serve(berth, line, now)
+                            if isinstance(berth, LaserBerth):
+                                berth.hear()
+                                self._watch(berth, line)
+                            else:
+                                self._serve(berth, line, now)
                     self._resume()
         finally:
             self._close()
@@ -280,7 +315,7 @@ class Server:
 
     # -- the files that the selector watches
 
-    def _watch(self, berth: Berth, line: ServedLine) -> None:
+    def _watch(self, berth: Union[Berth, LaserBerth], line: ServedLine) -> None:
         """Update the files of a line that the selector watches. Watch no files of a line whose reading is paused."""
         before = self._watched.get(line, set())
         now = self._watched[line] = set() if line in self._paused else set(line.files())

@@ -119,9 +119,10 @@ class LaserDevice:
         clock: clock of the simulated time.
         numbers: how it behaves.
         address: its address, 0..127.
+        fixed_baud: speed of its line, which then never changes. None: a client changes it.
 
     Attributes:
-        numbers, clock, address: as the arguments.
+        numbers, clock, address, fixed_baud: as the arguments.
         eeprom: what it keeps without power.
         operation: what it knows while it is ready. None while it is off, or starts.
         baud: present speed of its serial line.
@@ -129,14 +130,20 @@ class LaserDevice:
         dirty_window: whether its window is dirty. A test may change it.
     """
 
-    def __init__(self, optics: Optics, pose_at: PoseAt, clock: Clock, numbers: FirmwareNumbers, address: int):
-        self.numbers, self.clock, self.address = numbers, clock, address
+    def __init__(self, optics: Optics, pose_at: PoseAt, clock: Clock, numbers: FirmwareNumbers, address: int,
+                 fixed_baud: Optional[int] = None):
+        self.numbers, self.clock, self.address, self.fixed_baud = numbers, clock, address, fixed_baud
         self._optics, self._pose_at = optics, pose_at
         self.eeprom = Eeprom()
         self.operation: Optional[Operation] = None
-        self.baud = self.eeprom.power_on_baud
+        self.baud = self.power_on_baud
         self.errors: List[DeviceError] = []
         self.dirty_window = False
+
+    @property
+    def power_on_baud(self) -> int:
+        """The speed (baud) after power-on."""
+        return self.fixed_baud or self.eeprom.power_on_baud
 
     @property
     def status(self) -> int:

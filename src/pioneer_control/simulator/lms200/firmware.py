@@ -21,7 +21,7 @@ import random
 from collections import deque
 from dataclasses import dataclass
 from functools import partial
-from typing import Callable, Deque, List, Optional
+from typing import Callable, Deque, List, Optional, Union
 
 from ...lms2xx import Answer, Mode, PartReply, PowerOn, ScanReply, Telegram, TelegramDecoder, decode, encode
 from ..clock import NEVER_US, Clock
@@ -52,7 +52,9 @@ class LaserFirmware:
         clock: clock of this laser alone: only the laser sets it. A new clock if None.
         address: its address, 0..127. It hears this one and 0.
         seed: seed of the requests that it misses.
-        line_takes_time: whether its bytes take the time of a serial line. If not, as over TCP, they leave at once.
+        line_takes_time: whether its bytes take the time of a serial line. If not, they leave at once.
+        fixed_baud: speed (baud) of its line, which then never changes, as behind a bridge to a network: the laser says
+            that it takes another one, and stays. None: a client changes it.
 
     Attributes:
         numbers, clock: as the arguments.
@@ -63,10 +65,11 @@ class LaserFirmware:
 
     def __init__(
         self, optics: Optics, pose_at: PoseAt, numbers: FirmwareNumbers = FirmwareNumbers(),
-        clock: Optional[Clock] = None, address: int = 0, seed: int = 0, line_takes_time: bool = True,
+        clock: Optional[Clock] = None, address: int = 0, seed: Union[int, str] = 0, line_takes_time: bool = True,
+        fixed_baud: Optional[int] = None,
     ):
         self.numbers, self.clock = numbers, clock or Clock()
-        self.device = LaserDevice(optics, pose_at, self.clock, numbers, address)
+        self.device = LaserDevice(optics, pose_at, self.clock, numbers, address, fixed_baud)
         self.ignored_bytes = self.missed_requests = 0
         self._chance = random.Random("laser line %s" % seed)
         self._output = SerialOutput(line_takes_time)
@@ -92,13 +95,13 @@ class LaserFirmware:
         """
         if self.is_ready or self._work is not None:
             return
-        self.device.baud = self.device.eeprom.power_on_baud
+        self.device.baud = self.device.power_on_baud
         self._plan(self.clock.now_us + round(self.numbers.boot * 1e6), self._become_ready)
 
     def power_off(self) -> None:
         """Switch the laser off at once. It keeps only its EEPROM."""
         self._forget()
-        self.device.baud = self.device.eeprom.power_on_baud
+        self.device.baud = self.device.power_on_baud
 
     def _forget(self) -> None:
         self.device.operation = None
@@ -196,7 +199,7 @@ class LaserFirmware:
         if answer.resets:
             self._reset()
             return
-        self.device.baud = answer.new_baud or self.device.baud
+        self.device.baud = self.device.fixed_baud or answer.new_baud or self.device.baud
         self._take_next()
 
     def _send(self, message: object) -> None:
@@ -234,6 +237,12 @@ class LaserFirmware:
             return self._work.due_us
         operation = self.device.operation
         return operation.next_turn_us(self.clock.now_us) if operation is not None else NEVER_US
+
+    @property
+    def sent_at_us(self) -> int:
+        """The time (microseconds) at which all bytes that are on their way will have left; `NEVER_US` if none are."""
+        free_us = self._output.free_at_us(self.clock.now_us)
+        return free_us if free_us > self.clock.now_us else NEVER_US
 
     def run_to(self, end_us: int) -> None:
         """Let simulated time pass until `end_us` (microseconds)."""

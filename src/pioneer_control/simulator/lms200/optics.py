@@ -10,7 +10,7 @@ Lengths are in metres, angles in radians.
 import functools
 import random
 from dataclasses import dataclass, replace
-from typing import Callable, Optional, Tuple
+from typing import Callable, Optional, Tuple, Union
 
 import numpy as np
 
@@ -91,8 +91,8 @@ class Optics:
     """
 
     def __init__(
-        self, world: World, numbers: OpticsNumbers = TYPICAL, seed: int = 0, carrier: Optional[Obstacle] = None,
-        upside_down: bool = False,
+        self, world: World, numbers: OpticsNumbers = TYPICAL, seed: Union[int, str] = 0,
+        carrier: Optional[Obstacle] = None, upside_down: bool = False,
     ):
         self.numbers = numbers
         chance = random.Random("laser %s" % seed)

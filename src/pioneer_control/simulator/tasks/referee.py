@@ -162,7 +162,7 @@ class Referee:
         self.ground = self._grounds.parts[""]
         self._contest: Optional[Contest] = None
         if self._grounds.tasks:
-            simulation.on_step = self._look
+            simulation.on_step.append(self._look)
 
     @property
     def contest(self) -> Contest:
