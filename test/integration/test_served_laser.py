@@ -190,7 +190,7 @@ def test_a_client_that_asks_for_another_speed_over_tcp_leaves_the_next_one_a_fas
 
 
 @pytest.mark.parametrize("given, message", [
-    (dict(model="amigo-sh"), "where a laser sits on a amigo-sh is not known.*p3dx-sh"),
+    (dict(model="amigo-sh"), "where a laser sits on the model amigo-sh is not known.*p3dx-sh"),
     (dict(lockstep=1.0), "lasers"),
 ])
 def test_what_cannot_be(given, message):

@@ -35,6 +35,10 @@ START_GRACE = 3.0
 """Time (s) after the start in which a missing port is no error. A simulated laser may start at the same time."""
 
 
+PORT_CLOSES = 0.5
+"""Time (s) that closing the port may take, after the laser was told to stop."""
+
+
 class LaserNode:
     """Connects one laser with its topics and diagnostics. Create it, then call `run`."""
 
@@ -74,7 +78,7 @@ class LaserNode:
     def _end(self) -> None:
         """Tell the laser to stop. rospy calls this in any thread when ROS shuts down, and waits for it."""
         self._line.end()
-        self._line.ended.wait(CLOSING)
+        self._line.ended.wait(CLOSING + PORT_CLOSES)
 
     def _publish_place(self, place: Coordinates) -> None:
         """Publish the transform base_link -> laser. The frame of the laser is always upright."""

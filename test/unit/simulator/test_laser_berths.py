@@ -4,11 +4,14 @@ import math
 
 import pytest
 
+from pioneer_control import lms2xx
 from pioneer_control.errors import ParameterError
 from pioneer_control.robots import find_model
+from pioneer_control.simulator.clock import NEVER_US
 from pioneer_control.simulator.firmware import Firmware
 from pioneer_control.simulator.line import lasers
 from pioneer_control.simulator.line.lasers import LaserPorts, PoseHistory, laser_ports
+from pioneer_control.simulator.lms200 import PERFECT, FirmwareNumbers, LaserFirmware, Optics, standing
 from pioneer_control.simulator.world import World
 
 
@@ -68,6 +71,19 @@ def test_what_makes_no_sense(given, message):
         laser_ports(*given)
 
 
+def test_behind_a_bridge_the_speed_stays():
+    optics = Optics(World("hall"), PERFECT)
+    laser = LaserFirmware(optics, standing((0.0, 0.0, 0.0)), FirmwareNumbers(boot=0.0), fixed_baud=500000)
+    laser.advance(0.1)
+    laser.receive(lms2xx.encode(lms2xx.SetMode(lms2xx.SPEEDS[9600].mode, b"")))
+    assert laser.advance(0.2) == b"\x06" + lms2xx.encode(lms2xx.ModeSet(0)) and laser.baud == 500000
+    laser.power_off()
+    assert laser.baud == 500000 and laser.sent_at_us == NEVER_US
+    laser.power_on()
+    laser.run_to(laser.clock.now_us)
+    assert laser.sent_at_us == laser.clock.now_us + 29 * 20, "telegram 90 has 29 bytes"
+
+
 def test_a_model_without_a_known_place():
-    with pytest.raises(ParameterError, match="on a amigo-sh is not known.*p3dx-sh"):
+    with pytest.raises(ParameterError, match="on the model amigo-sh is not known.*p3dx-sh"):
         lasers.place_on(Firmware(find_model("amigo-sh"), World("hall")))

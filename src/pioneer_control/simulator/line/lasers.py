@@ -8,7 +8,7 @@ from bisect import bisect_right
 from typing import Callable, List, NamedTuple, Optional, Union
 
 from ...errors import ParameterError
-from ...robots import LaserPlace, load_table
+from ...robots import LaserPlace
 from ..clock import Clock
 from ..firmware import Firmware
 from ..lms200 import TYPICAL, FirmwareNumbers, LaserFirmware, Optics, OpticsNumbers
@@ -182,9 +182,8 @@ def place_on(robot: Firmware) -> LaserPlace:
         ParameterError: nobody knows where a laser sits on this model.
     """
     if robot.model.laser is None:
-        with_laser = [name for name, model in load_table().models.items() if model.laser is not None]
-        raise ParameterError("where a laser sits on a %s is not known: say it in a models file (key laser), or take one"
-                             " of %s" % (robot.model.subtype, ", ".join(with_laser)))
+        raise ParameterError("where a laser sits on the model %s is not known: say it in a models file (key laser), or"
+                             " take another model, such as p3dx-sh" % robot.model.subtype)
     return robot.model.laser
 
 
