@@ -41,13 +41,19 @@ class SetLineSpeed(NamedTuple):
     baud: int
 
 
+class LaserSpeed(NamedTuple):
+    """Nothing is to be done: the laser sends at this speed from now on. The first one is that at which it was found."""
+
+    baud: int
+
+
 class Pause(NamedTuple):
     """Wait."""
 
     seconds: float
 
 
-Step = Union[Ask, SetLineSpeed, Pause]
+Step = Union[Ask, SetLineSpeed, LaserSpeed, Pause]
 Conversation = Generator[Step, Any, Any]
 
 
@@ -90,6 +96,7 @@ def opening(settings: LaserSettings, has_speed: bool) -> Conversation:
     status = yield from _need(AskStatus(), StatusReply)
     baud = _speed_of(status, found)
     found_baud = baud
+    yield LaserSpeed(baud)
     variant, remarks = yield from _set_variant(settings, Variant(status.angle_deg, status.step_hundredths))
     configuration, more = yield from _configure(settings)
     if has_speed and baud != settings.baud:
@@ -100,11 +107,19 @@ def opening(settings: LaserSettings, has_speed: bool) -> Conversation:
                      tuple(remarks + more))
 
 
-def closing(info: LaserInfo, has_speed: bool) -> Conversation:
-    """Stop the stream, and give the line the speed back that it had. Nothing is wrong when the laser is gone."""
+def closing(found_baud: int, baud: int, has_speed: bool) -> Conversation:
+    """Stop the stream, and give the line the speed back that it had. Nothing is wrong when the laser is gone.
+
+    Args:
+        found_baud: the speed that it had.
+        baud: the speed that it has.
+        has_speed: whether the speed of the port can be set.
+    """
+    if has_speed:
+        yield SetLineSpeed(baud)
     yield Ask(SetMode(Mode.ON_REQUEST, b""), (ModeSet,))
-    if has_speed and info.baud != info.found_baud:
-        yield Ask(SetMode(SPEEDS[info.found_baud].mode, b""), (ModeSet,))
+    if has_speed and baud != found_baud:
+        yield Ask(SetMode(SPEEDS[found_baud].mode, b""), (ModeSet,))
 
 
 def _find(settings: LaserSettings, has_speed: bool) -> Generator[Step, Any, Optional[int]]:
@@ -224,6 +239,7 @@ def _change_speed(baud: int) -> Conversation:
         NoLaserError: it does not.
     """
     yield from _need(SetMode(SPEEDS[baud].mode, b""), ModeSet, MODE_WITHIN)
+    yield LaserSpeed(baud)
     yield Pause(AFTER_NEW_SPEED)
     yield SetLineSpeed(baud)
     if (yield Ask(SetMode(Mode.ON_REQUEST, b""), (ModeSet,))) is None:

@@ -11,7 +11,7 @@ from typing import Any, Deque, Generator, List, NamedTuple, Optional, Union
 from ..lms2xx import (PARTIAL_TIMEOUT, WELL, Answer, MalformedMessage, RawScan, ScanReply, Telegram,
                       TelegramCounts, TelegramDecoder, Unit, decode, encode, first_ray_before_first_byte, scan_time,
                       time_on_line)
-from .conversation import Ask, LaserInfo, NoLaserError, Pause, SetLineSpeed, Step, closing, opening
+from .conversation import Ask, LaserInfo, LaserSpeed, NoLaserError, Pause, SetLineSpeed, Step, closing, opening
 from .settings import LaserSettings
 
 AFTER_NAK = 0.03        # s: so long a host waits before it sends a request again that came with a wrong CRC (sheet 1.2)
@@ -91,6 +91,7 @@ class LaserSession:
         self._scans = self._malformed = self._repeated = self._lost = 0
         self._heard_at = now
         self._info: Optional[LaserInfo] = None
+        self._laser_speeds: List[int] = []      # of the laser that was found (baud), the present one last
         self._conversation: Optional[Generator[Step, Any, Optional[LaserInfo]]] = None
         self._step: Optional[Step] = None
         self._tries = 0
@@ -148,11 +149,11 @@ class LaserSession:
 
     def close(self, now: float) -> None:
         """Tell the laser to stop, and to have the speed that it had before. Go on until `closed`."""
-        info, self._info, self._is_closing = self._info, None, True
-        if info is None:
-            self._end()
+        self._info, self._is_closing = None, True
+        if self._laser_speeds:
+            self._begin(closing(self._laser_speeds[0], self._laser_speeds[-1], self._has_speed), now)
         else:
-            self._begin(closing(info, self._has_speed), now)
+            self._end()
 
     def line_broke(self, reason: str, now: float) -> List[Event]:
         """Begin anew on a new line, as the old one broke for some reason (for people)."""
@@ -219,6 +220,9 @@ class LaserSession:
         if isinstance(step, SetLineSpeed):
             self._output.append(step)
             self.due = now
+        elif isinstance(step, LaserSpeed):
+            self._laser_speeds.append(step.baud)
+            self.due = now
         elif isinstance(step, Pause):
             self.due = now + step.seconds
         elif isinstance(step, Ask):
@@ -248,6 +252,7 @@ class LaserSession:
         """End for now, and look for the laser again after a while."""
         self._lost += self._info is not None
         self._conversation = self._step = self._info = None
+        self._laser_speeds.clear()
         self.due = now + BACK_OFF
         if self._is_closing:
             self._end()

@@ -262,9 +262,12 @@ def test_a_broken_line_begins_anew():
 def test_at_the_end_it_stops_and_gets_its_speed_back():
     bench = Bench()
     bench.until(Measuring)
+    before = bench.now
     bench.session.close(bench.now)
     bench.carry()
+    bench.step()
     assert bench.session.closed and not bench.laser.streams and bench.laser.baud == 9600
+    assert bench.now == before and bench.speeds[-1] == 38400, "it is told so at its own speed"
 
 
 def test_a_laser_that_is_gone_does_not_keep_it_at_the_end():
@@ -282,6 +285,20 @@ def test_closed_before_a_laser_is_found():
     bench = Bench()
     bench.session.close(bench.now)
     assert bench.session.closed
+
+
+@pytest.mark.parametrize("steps", range(10))
+def test_closed_at_any_moment_it_leaves_the_laser_as_it_was(steps):
+    """Between the answer to a new speed and the first request at that speed, too."""
+    bench = Bench(writes=True, unit=0, angle_deg=100)
+    for _ in range(steps):
+        bench.step()
+    bench.session.close(bench.now)
+    for _ in range(20):
+        bench.carry()
+        if not bench.session.closed:
+            bench.step()
+    assert bench.session.closed and not bench.laser.streams and bench.laser.baud == 9600
 
 
 def test_the_variant_is_set_without_a_write():
