@@ -112,8 +112,9 @@ class LaserScans(unittest.TestCase):
         folder = self.ending.enter_context(tempfile.TemporaryDirectory())
         server, seen = self.server(pty=os.path.join(folder, "laser")), self.witness()
         device = server.lasers[0].laser.device
-        laser = self.node(port=server.lasers[0].place, baud=38400, resolution=0.5, frame_id="front", frame_prefix="r/",
-                          inverted="true", no_echo="max", time_offset=5.0)
+        record = os.path.join(folder, "laser.txt")
+        laser = self.node(record=record, port=server.lasers[0].place, baud=38400, resolution=0.5, frame_id="front",
+                          frame_prefix="r/", inverted="true", no_echo="max", time_offset=5.0)
         scan = seen.last(self.scan)
         self.assertEqual((len(scan.ranges), scan.time_increment, scan.header.frame_id), (361, 0.0, "r/front"))
         self.assertAlmostEqual(scan.ranges[0], 2.0, delta=0.05)         # as it hangs, left is on the right
@@ -125,6 +126,12 @@ class LaserScans(unittest.TestCase):
         self.assertNotIn("Traceback", laser.printed)
         wait_until("the laser is silent, at its old speed", lambda: (
             device.operation.mode, device.baud) == (Mode.ON_REQUEST, 9600))
+
+        with open(record) as lines:
+            kept = [line.split(None, 2) for line in lines]
+        stop = "02 00 02 00 20 25 35 08"
+        self.assertEqual({line[1] for line in kept}, {">", "<"})
+        self.assertGreaterEqual(sum(line[2].strip() == stop for line in kept), 2, "at the begin, and at the end")
 
     def test_the_launch_file(self):
         server, seen = self.server(), self.witness()

@@ -11,6 +11,6 @@ Open ``session`` first. Everything down to it uses no clock, no port and no ROS:
 ``parameters``    the parameters of the node, as a table
 ================  ==============================================================
 
-``line`` owns the port and the clock. ``node`` is the ROS node, and ``diagnostics`` its part that publishes how the
-laser is.
+``line`` owns the port and the clock; ``byte_record`` writes down all its bytes, if a user wants it. ``node`` is the ROS
+node, and ``diagnostics`` its part that publishes how the laser is.
 """

@@ -24,10 +24,11 @@ from std_msgs.msg import Header
 from ..errors import ParameterError, PioneerError
 from ..lms2xx import MEASURING_MODES, Unit, farthest_m, scan_time
 from ..ros_node import init_node
+from .byte_record import ByteRecord
 from .conversation import LaserInfo
 from .conversion import numbers_of
 from .diagnostics import LaserDiagnostics
-from .line import CLOSING, LaserLine, PortDown, StillLooking
+from .line import CLOSING, LaserLine, PortDown, StillLooking, open_laser_port
 from .parameters import Coordinates, LaserParameters, check_laser_parameters
 from .session import LaserLost, Measuring, ScanHeard
 
@@ -47,7 +48,9 @@ class LaserNode:
         self._started = monotonic()
         self._trouble = ""
         self._scans = rospy.Publisher("scan", LaserScan, queue_size=10, tcp_nodelay=True)
-        self._line = LaserLine(parameters.port, parameters.settings, self._on_event)
+        self._record = ByteRecord(parameters.record) if parameters.record else None
+        open_port = open_laser_port if self._record is None else self._record.opener(open_laser_port)
+        self._line = LaserLine(parameters.port, parameters.settings, self._on_event, open_port)
         self._diagnostics = LaserDiagnostics(parameters.port, lambda: self._line.session.counts)
         self._reactions: Dict[type, Callable[[Any], None]] = {
             ScanHeard: self._publish,
@@ -70,6 +73,8 @@ class LaserNode:
             self._line.run()
         finally:
             self._diagnostics.stop()
+            if self._record is not None:
+                self._record.close()
         counts = self._line.session.counts
         rospy.loginfo("closed after %d scans, %d wrong CRCs, %d stray bytes; the laser was lost %d times",
                       counts.scans, counts.line.wrong_crcs, counts.line.discarded_bytes, counts.lost)

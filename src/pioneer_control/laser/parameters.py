@@ -71,6 +71,7 @@ class LaserParameters:
     time_offset: float = parameter(0.0, Number(-10.0, 10.0), "added to each stamp", "s")
     no_echo: str = parameter("inf", Choice(("inf", "max")), "range where nothing is in sight: inf, or a little less"
                              " than range_max")
+    record: str = parameter("", Text(empty=True), "file for every byte of the line, for a bug report; empty: none")
     power_on: float = parameter(65.0, Number(0.0, 600.0), "so long a laser may take until it answers", "s")
 
     @property
