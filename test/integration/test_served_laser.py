@@ -3,6 +3,7 @@
 import contextlib
 import math
 import os
+import socket
 import threading
 
 import pytest
@@ -187,6 +188,34 @@ def test_a_client_that_asks_for_another_speed_over_tcp_leaves_the_next_one_a_fas
         assert laser.baud == 500000
         with Listener(server.lasers[0].place) as again:
             assert again.wait_for(Measuring).info.baud == 500000
+
+
+def test_the_conversation_of_the_vendors_client():
+    """As recorded (laser sheet 1.9, 1.10): it resets the laser, waits until that is ready, and configures it."""
+    telegrams = {
+        "reset": "02 00 01 00 10 34 12", "variant": "02 00 05 00 3B B4 00 00 00 5F 2D",
+        "installation": "02 00 0A 00 20 00 53 49 43 4B 5F 4C 4D 53 BE C5",
+        "configuration": "02 00 21 00 77 00 00 46 00 00 05 01 00 00 02 02%s 5B 51" % (" 00" * 21),
+        "stream": "02 00 02 00 20 24 34 08", "stop": "02 00 02 00 20 25 35 08", "slow": "02 00 02 00 20 42 52 08"}
+    answers = [("reset", lms2xx.Resetting), (None, lms2xx.PowerOn), ("variant", lms2xx.VariantSet),
+               ("installation", lms2xx.ModeSet), ("configuration", lms2xx.ConfigurationWritten),
+               ("stream", lms2xx.ModeSet), (None, lms2xx.ScanReply), ("stop", lms2xx.ModeSet), ("slow", lms2xx.ModeSet)]
+    with served() as server:
+        host, _, port = server.lasers[0].place[len("socket://"):].rpartition(":")
+        until(lambda: server.lasers[0].laser.is_ready, "ready")
+        decoder, heard = lms2xx.TelegramDecoder(from_laser=True), []
+        with socket.create_connection((host, int(port)), LIMIT) as client:
+            for name, kind in answers:
+                if name is not None:
+                    heard.clear()
+                    client.sendall(bytes.fromhex(telegrams[name]))
+                while not any(isinstance(each, kind) for each in heard):
+                    heard += [lms2xx.decode(each) for each in decoder.feed(client.recv(4096))
+                              if isinstance(each, lms2xx.Telegram)]
+        device = server.lasers[0].laser.device
+        assert (device.eeprom.configuration.measuring_mode, device.baud) == (5, 500000)
+        with Listener(server.lasers[0].place) as listener:
+            assert numbers_of(listener.wait_for(ScanHeard)).range_max == pytest.approx(32.759)
 
 
 @pytest.mark.parametrize("given, message", [
