@@ -82,7 +82,7 @@ class LaserSession:
 
         Args:
             settings: what is asked of it.
-            has_speed: the line is a serial port, whose speed can be set; not a socket or a pty.
+            has_speed: the line is a serial port or a pseudo-terminal, whose speed can be set; no socket.
             now: the time (s).
         """
         self._settings, self._has_speed = settings, has_speed

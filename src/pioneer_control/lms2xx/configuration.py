@@ -98,27 +98,25 @@ class MeasuringMode(NamedTuple):
     Attributes:
         distance_bits: so many of the lowest bits are the distance.
         reflector_bits: so many of the highest are the level of a reflector, 0: none. The others tell of fields.
-        dazzle_bit: whether the highest bit says that the laser was dazzled.
         is_strength: the value is the strength of the echo, not a distance.
         meaning: in words.
     """
 
     distance_bits: int
     reflector_bits: int
-    dazzle_bit: bool
     is_strength: bool
     meaning: str
 
 
 MEASURING_MODES: Dict[int, MeasuringMode] = {
-    0x00: MeasuringMode(13, 0, True, False, "8 (80) m; field A, field B, dazzle"),
-    0x01: MeasuringMode(13, 3, False, False, "8 (80) m; level of a reflector 0..7"),
-    0x02: MeasuringMode(13, 0, False, False, "8 (80) m; fields A, B, C"),
-    0x03: MeasuringMode(14, 2, False, False, "16 (160) m; level of a reflector 0..3"),
-    0x04: MeasuringMode(14, 0, False, False, "16 (160) m; fields A, B"),
-    0x05: MeasuringMode(15, 1, False, False, "32 (320) m; a reflector or none"),
-    0x06: MeasuringMode(15, 0, False, False, "32 (320) m; field A"),
-    0x0F: MeasuringMode(16, 0, False, False, "distance alone"),
-    0x3F: MeasuringMode(16, 0, False, True, "strength of the echo instead of a distance"),
+    0x00: MeasuringMode(13, 0, False, "8 (80) m; field A, field B, dazzle"),
+    0x01: MeasuringMode(13, 3, False, "8 (80) m; level of a reflector 0..7"),
+    0x02: MeasuringMode(13, 0, False, "8 (80) m; fields A, B, C"),
+    0x03: MeasuringMode(14, 2, False, "16 (160) m; level of a reflector 0..3"),
+    0x04: MeasuringMode(14, 0, False, "16 (160) m; fields A, B"),
+    0x05: MeasuringMode(15, 1, False, "32 (320) m; a reflector or none"),
+    0x06: MeasuringMode(15, 0, False, "32 (320) m; field A"),
+    0x0F: MeasuringMode(16, 0, False, "distance alone"),
+    0x3F: MeasuringMode(16, 0, True, "strength of the echo instead of a distance"),
 }
 """All measuring modes that the sheet explains, by `Configuration.measuring_mode`. In brackets: in centimetres."""

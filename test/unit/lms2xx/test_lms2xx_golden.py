@@ -58,7 +58,7 @@ def expected(example):
 
 
 def test_no_example_is_lost():
-    """The sheet has 55 checked telegrams; 90 of a laser, 77 and B0 stand in several rows."""
+    """The sheet has 55 whole telegrams, and five long ones of which it gives begin and CRC."""
     assert len({example["bytes"] for example in EXAMPLES}) == len(EXAMPLES) == 55
     assert len(DATA["long_scans"]) == 5 and len(DATA["rejected"]) == 3
 
