@@ -141,8 +141,9 @@ def _find(settings: LaserSettings, has_speed: bool) -> Generator[Step, Any, Opti
                 return baud
             if heard is not None and (yield Ask(SetMode(Mode.ON_REQUEST, b""), (ModeSet,), MODE_WITHIN)) is not None:
                 return baud
+    at_speeds = " at %s baud" % ", ".join(map(str, speeds)) if has_speed else ""
     raise NoLaserError("no laser answers%s: is it on, and is it this port? A laser needs up to a minute until its red"
-                       " and its yellow lamp are out" % (" at %s baud" % ", ".join(map(str, speeds)) if has_speed else ""))
+                       " and its yellow lamp are out" % at_speeds)
 
 
 def _need(request: Any, wanted: Type[Any], seconds: float = ANSWERS_WITHIN, tries: int = TRIES) -> Conversation:
