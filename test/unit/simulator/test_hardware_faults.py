@@ -128,3 +128,22 @@ def test_what_a_device_says_that_nobody_fetches_does_not_pile_up():
     bench.send("GETAUX", 4).wait(0.2)
     first, = bench.of(p2os.SerialAux)
     assert 700 < int(first.data) < 999 and len(bench.robot.hardware.aux[0]._waiting) <= 4096
+
+
+def test_time_passes_for_a_device_at_an_auxiliary_port_and_a_power_cycle_restarts_it():
+    class Clockwork:
+        times, restarts = [], 0
+
+        def step(self, now_us):
+            self.times.append(now_us)
+
+        def restart(self):
+            self.restarts += 1
+
+    bench = Bench()
+    device = bench.robot.hardware.aux[1].joined = Clockwork()
+    bench.wait(0.05)
+    step_us = bench.robot.numbers.physics.step_us
+    assert device.times == list(range(step_us, 50001, step_us)) and not device.restarts
+    bench.robot.power_cycle()
+    assert device.restarts == 1

@@ -6,7 +6,7 @@ This file does not depend on packets. Values are raw readings where packets carr
 import collections
 import math
 from dataclasses import dataclass
-from typing import Callable, Deque, List, Optional, Tuple
+from typing import Callable, Deque, List, Optional, Protocol, Tuple
 
 from .drives import Drives
 from .robot_numbers import CompassNumbers, GyroNumbers, JoystickNumbers
@@ -204,16 +204,28 @@ class UserPorts:
         return max(0.0, min(5.0, self.analog_volts[port]))
 
 
+class JoinedDevice(Protocol):
+    """A device at an auxiliary port that moves by itself: a camera, an arm."""
+
+    def step(self, now_us: int) -> None:
+        """Let time pass until ``now_us`` (simulated time, microseconds)."""
+
+    def restart(self) -> None:
+        """Take that the robot restarts, as at power-on."""
+
+
 class AuxPort:
     """An auxiliary serial port of the robot, to which a simulated device can be connected.
 
     Attributes:
         device: function that gets the bytes of each TTY command and returns the answer. None if no device is connected.
             A device can send bytes at any other time with `put`.
+        joined: the same device, if it moves by itself, so that time passes for it. One port has one device.
     """
 
     def __init__(self) -> None:
         self.device: Optional[Callable[[bytes], bytes]] = None
+        self.joined: Optional[JoinedDevice] = None
         self.reset()
 
     def reset(self) -> None:

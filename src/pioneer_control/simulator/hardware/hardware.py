@@ -87,6 +87,9 @@ class Hardware:
         self.sonar.switch(False, 0)
         if self.gripper is not None:
             self.gripper.halt()
+        for port in self.aux:
+            if port.joined is not None:
+                port.joined.restart()
         self.reset_parameters()
         self.reset_odometry()
 
@@ -165,6 +168,9 @@ class Hardware:
         if self.charger.plugged_in or self.charger.asks_dock or self.battery.charging:
             self._charge()
         self.battery.step(self._step_us, self.drives.moving)
+        for port in self.aux:
+            if port.joined is not None:
+                port.joined.step(now_us)
 
     def _drive(self, dt: float, paused: bool) -> None:
         """Drive for `dt` seconds. If the wheels are held or an obstacle blocks the robot, let the wheels press instead.
