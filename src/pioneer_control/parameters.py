@@ -212,3 +212,22 @@ def check(table: type, given: Mapping[str, Any]) -> Tuple[Any, List[str]]:
     if problems:
         raise ParameterError("; ".join(problems))
     return table(**accepted), [name for name, near in foreign.items() if near is None]
+
+
+def check_old(table: type, given: Mapping[str, Any], without_effect: Mapping[str, str]) -> Tuple[Any, List[str]]:
+    """Check the private parameters of a node that takes the place of an older program, so that old launch files start.
+
+    Args:
+        table, given: as for `check`.
+        without_effect: names of the older program that have no effect here, and why.
+
+    Returns:
+        An instance of the table; and a warning for each given name that has no effect.
+
+    Raises:
+        ParameterError: as `check` does.
+    """
+    accepted, unknown = check(table, {name: given[name] for name in given if name not in without_effect})
+    why = {name: without_effect[name] for name in sorted(given) if name in without_effect}
+    why.update(dict.fromkeys(unknown, "it is not a parameter of this node"))
+    return accepted, ["~%s has no effect: %s" % each for each in why.items()]

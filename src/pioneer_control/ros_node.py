@@ -20,7 +20,7 @@ import time
 import traceback
 import types
 import xmlrpc.client
-from typing import Any, Dict, Iterator, List, Optional
+from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Tuple
 
 import rosgraph
 import rospy
@@ -28,6 +28,7 @@ from rospy.impl.rosout import RosOutHandler
 from rospy.impl.tcpros_base import TCPServer, init_tcpros_server
 
 from . import interrupt  # noqa: F401  # Ctrl-C ends a program without a traceback
+from .errors import ParameterError, PioneerError
 
 MASTER_PATIENCE = 0.5
 """Seconds that a node waits for the master when it ends. The time begins after the program's own shutdown hooks."""
@@ -35,6 +36,10 @@ MAIN_PATIENCE = 0.4
 """Seconds that the main thread has to end after MASTER_PATIENCE, when the master does not answer."""
 SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
 """The signals that end a node."""
+START_GRACE = 3.0
+"""The time (s) after the start of a device's node in which a missing port is not logged as an error. A simulated device
+may start at the same time, and its port may appear a little later.
+"""
 WAITING_CONNECTIONS = 128
 """The length of the listen queue: how many connections to a node may wait until rospy accepts them."""
 
@@ -164,6 +169,28 @@ def _publish_log_in_thread_of(listener: logging.handlers.QueueListener) -> None:
     for handler in handlers:
         logger.removeHandler(handler)
         logger.addHandler(logging.handlers.QueueHandler(listener.queue))
+
+
+def run_device(check: Callable[[Mapping[str, Any]], Tuple[Any, List[str]]], make: Callable[[Any], Any]) -> int:
+    """Run the node of a device, after `init_node`.
+
+    Args:
+        check: function that checks the private parameters, and returns them with warnings.
+        make: function that makes the node of these parameters: an object with a method `run`.
+
+    Returns:
+        The exit code: what `run` returns, or 2 after a PioneerError of `check` or `make`, such as a wrong parameter.
+    """
+    try:
+        parameters, warnings = check(rospy.get_param("~", {}))
+        for warning in warnings:
+            rospy.logwarn("%s", warning)
+        node = make(parameters)
+    except PioneerError as error:
+        advice = " (What an earlier start was given stays until: rosparam delete %s)" % rospy.get_name()
+        rospy.logfatal("%s%s", error, advice if isinstance(error, ParameterError) else "")
+        return 2
+    return int(node.run())
 
 
 def wait_for_clock() -> None:

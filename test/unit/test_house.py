@@ -28,6 +28,7 @@ ROOMS = {
     "standard_messages": {"message_values", "robots", "msg"},
     "parameters": set(),
     "ros_node": {"interrupt"},
+    "diagnostics_thread": set(),
     "whole_file": set(),
     "pictures": {"whole_file"},
     "port_url": set(),
@@ -35,13 +36,13 @@ ROOMS = {
     "p2os": {"wire_fields"},
     "lms2xx": {"wire_fields"},
     # robots: where the laser of a model sits; client: its ports
-    "laser": {"lms2xx", "parameters", "ros_node", "robots", "client"},
+    "laser": {"lms2xx", "parameters", "ros_node", "diagnostics_thread", "robots", "client"},
     "robots": {"p2os", "parameters"},
     "client": {"port_url", "wire_fields", "p2os", "robots"},
     "maps": {"floor_poses", "parameters", "whole_file"},
     "navigation": {"floor_poses", "maps", "message_values", "parameters", "robots"},
-    "driver": {"message_values", "standard_messages", "parameters", "port_url", "ros_node", "p2os", "robots", "client",
-               "msg"},
+    "driver": {"message_values", "standard_messages", "parameters", "port_url", "ros_node", "diagnostics_thread",
+               "p2os", "robots", "client", "msg"},
     "simulator": {"message_values", "parameters", "ros_node", "pictures", "maps", "wire_fields", "p2os", "lms2xx",
                   "robots"},
     # robots: the outline, where a driver does not tell it
@@ -55,8 +56,8 @@ ROOMS = {
             "client", "bags", "msg"},
 }
 # Files that may use ROS, by the start of their path in the package.
-ROS_PLACES = ("ros_node.py", "standard_messages.py", "driver/", "tutorial/", "bags/", "teleop/node.py",
-              "laser/node.py", "laser/diagnostics.py", "navigation/node/", "web/graph.py", "web/graph_navigation.py",
+ROS_PLACES = ("ros_node.py", "diagnostics_thread.py", "standard_messages.py", "driver/", "tutorial/", "bags/",
+              "teleop/node.py", "laser/node.py", "navigation/node/", "web/graph.py", "web/graph_navigation.py",
               "web/node.py", "simulator/node.py")
 ROS_MODULES = {"rospy", "tf", "tf2_ros", "dynamic_reconfigure", "genpy", "rosbag", "rosgraph", "roslaunch", "roslib",
                "rospkg", "rostest", "rostopic", "nav_msgs", "geometry_msgs", "sensor_msgs", "std_msgs", "std_srvs",

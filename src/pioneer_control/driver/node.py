@@ -20,9 +20,9 @@ import rospy
 from ..client import (BaudFound, CommandTimedOut, LineSpeed, LinkDown, MotionCleared, MotorsAnswered, Ready, Robot,
                       StatesMissed, SteeredRobot, Tuned, Unmoved)
 from ..client.alarms import unmoved
-from ..errors import ParameterError, PioneerError, PortError
+from ..errors import PortError
 from ..port_url import without_key
-from ..ros_node import init_node
+from ..ros_node import START_GRACE, init_node, run_device
 from .accelerations import BorrowedAccelerations
 from .diagnostics import Diagnostics
 from .helm_topic import HelmPublisher
@@ -33,12 +33,6 @@ from .publications import Publications
 from .reconfigure import Reconfiguration
 from .requests import STOP_ALL, Requests
 from .wire_topic import WirePublisher
-
-START_GRACE = 3.0
-"""The time (s) after the start in which a missing port is not logged as an error.
-
-A simulated robot may start at the same time as the driver, and its port may appear a little later.
-"""
 
 
 class DriverNode:
@@ -209,13 +203,4 @@ def main() -> int:
     init_node("p2os")
     if not send_promptly():
         rospy.logdebug("this rospy is not as driver/prompt.py expects it: messages go its own way")
-    try:
-        parameters, warnings = check_parameters(rospy.get_param("~", {}))
-        for warning in warnings:
-            rospy.logwarn("%s", warning)
-        node = DriverNode(parameters)
-    except PioneerError as error:
-        advice = " (What an earlier start was given stays until: rosparam delete %s)" % rospy.get_name()
-        rospy.logfatal("%s%s", error, advice if isinstance(error, ParameterError) else "")
-        return 2
-    return node.run()
+    return run_device(check_parameters, DriverNode)

@@ -9,7 +9,7 @@ from typing import Any, Dict, List, Mapping, Optional, Tuple
 from ..client import Tuning, VelocityInput
 from ..errors import ParameterError
 from ..p2os import BAUD_RATES
-from ..parameters import AutoSwitch, Choice, Number, Numbers, Rate, Switch, Text, Whole, check, parameter
+from ..parameters import AutoSwitch, Choice, Number, Numbers, Rate, Switch, Text, Whole, check, check_old, parameter
 
 GAIN = Whole(-1, 65535)
 NO_DRIFT_GIVEN = -32768
@@ -170,7 +170,4 @@ def check_parameters(given: Mapping[str, Any]) -> Tuple[DriverParameters, List[s
     Raises:
         ParameterError: a value is not legal, or an unknown name is similar to a known name.
     """
-    parameters, unknown = check(DriverParameters, {name: given[name] for name in given if name not in WITHOUT_EFFECT})
-    foreign = {name: WITHOUT_EFFECT[name] for name in sorted(given) if name in WITHOUT_EFFECT}
-    foreign.update(dict.fromkeys(unknown, "it is not a parameter of this driver"))
-    return parameters, [f"~{name} has no effect: {why}" for name, why in foreign.items()]
+    return check_old(DriverParameters, given, WITHOUT_EFFECT)

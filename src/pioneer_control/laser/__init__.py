@@ -12,5 +12,5 @@ Open ``session`` first. Everything down to it uses no clock, no port and no ROS:
 ================  ==============================================================
 
 ``line`` owns the port and the clock; ``byte_record`` writes down all its bytes, if a user wants it. ``node`` is the ROS
-node, and ``diagnostics`` its part that publishes how the laser is.
+node.
 """

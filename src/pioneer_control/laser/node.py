@@ -21,20 +21,17 @@ from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
 
-from ..errors import ParameterError, PioneerError
+from ..client.health import Finding
+from ..diagnostics_thread import DiagnosticsThread
 from ..lms2xx import MEASURING_MODES, Unit, farthest_m, scan_time
-from ..ros_node import init_node
+from ..ros_node import START_GRACE, init_node, run_device
 from .byte_record import ByteRecord
 from .conversation import LaserInfo
 from .conversion import numbers_of
-from .diagnostics import LaserDiagnostics
+from .health import LaserHealth
 from .line import CLOSING, LaserLine, PortDown, StillLooking, open_laser_port
 from .parameters import Coordinates, LaserParameters, check_laser_parameters
 from .session import LaserLost, Measuring, ScanHeard
-
-START_GRACE = 3.0
-"""Time (s) after the start in which a missing port is no error. A simulated laser may start at the same time."""
-
 
 PORT_CLOSES = 0.5
 """Time (s) that closing the port may take, after the laser was told to stop."""
@@ -51,7 +48,8 @@ class LaserNode:
         self._record = ByteRecord(parameters.record) if parameters.record else None
         open_port = open_laser_port if self._record is None else self._record.opener(open_laser_port)
         self._line = LaserLine(parameters.port, parameters.settings, self._on_event, open_port)
-        self._diagnostics = LaserDiagnostics(parameters.port, lambda: self._line.session.counts)
+        self._health = LaserHealth(parameters.port)
+        self._diagnostics = DiagnosticsThread(("Laser",), self._report, lambda: self._health.hardware_id)
         self._reactions: Dict[type, Callable[[Any], None]] = {
             ScanHeard: self._publish,
             Measuring: lambda event: self._welcome(event.info),
@@ -100,7 +98,12 @@ class LaserNode:
 
     def _on_event(self, event: Any) -> None:
         self._reactions[type(event)](event)
-        self._diagnostics.event(event)
+        if self._health.event(event):
+            self._diagnostics.wake()
+
+    def _report(self) -> Dict[str, Finding]:
+        """Return how the laser is. The thread of the diagnostics calls this."""
+        return {"Laser": self._health.report(monotonic(), self._line.session.counts)}
 
     def _publish(self, event: ScanHeard) -> None:
         if rospy.core.is_shutdown_requested():      # the topic may be closed
@@ -154,13 +157,4 @@ def description(info: LaserInfo) -> str:
 def main() -> int:
     """Run the node and return the exit code: 0 after a shutdown, 2 a wrong parameter."""
     init_node("laser")
-    try:
-        parameters, warnings = check_laser_parameters(rospy.get_param("~", {}))
-        for warning in warnings:
-            rospy.logwarn("%s", warning)
-        node = LaserNode(parameters)
-    except PioneerError as error:
-        advice = " (What an earlier start was given stays until: rosparam delete %s)" % rospy.get_name()
-        rospy.logfatal("%s%s", error, advice if isinstance(error, ParameterError) else "")
-        return 2
-    return node.run()
+    return run_device(check_laser_parameters, LaserNode)

@@ -8,7 +8,7 @@ from typing import Any, List, Mapping, NamedTuple, Optional, Tuple, Union
 
 from ..errors import ParameterError
 from ..lms2xx import MEASURING_MODES, PASSWORD, SPEEDS, Unit
-from ..parameters import AutoSwitch, Choice, Number, Numbers, Switch, Text, check, parameter
+from ..parameters import AutoSwitch, Choice, Number, Numbers, Switch, Text, check_old, parameter
 from ..robots import find_model
 from .settings import LaserSettings
 from .settings import check as check_settings
@@ -144,10 +144,7 @@ def check_laser_parameters(given: Mapping[str, Any]) -> Tuple[LaserParameters, L
     Raises:
         UsageError: a value is not legal, an unknown name is similar to a known one, or values do not go together.
     """
-    parameters: LaserParameters
-    parameters, unknown = check(LaserParameters, {name: given[name] for name in given if name not in WITHOUT_EFFECT})
-    foreign = {name: WITHOUT_EFFECT[name] for name in sorted(given) if name in WITHOUT_EFFECT}
-    foreign.update(dict.fromkeys(unknown, "it is not a parameter of this node"))
+    parameters, warnings = check_old(LaserParameters, given, WITHOUT_EFFECT)
     for each in ("settings", "mounted"):
         getattr(parameters, each)       # raises, if it makes no sense
-    return parameters, ["~%s has no effect: %s" % (name, why) for name, why in foreign.items()]
+    return parameters, warnings
