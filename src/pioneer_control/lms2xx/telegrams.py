@@ -19,9 +19,13 @@ Bytes are not escaped: ``02`` may occur inside a telegram.
 """
 
 import enum
-from typing import List, NamedTuple, Optional, Union
+from typing import Any, List, NamedTuple, Optional, Union
+
+import numpy as np
 
 from ..errors import EncodingError
+
+Array = Any     # of numpy
 
 STX = b"\x02"
 ANSWERED = 0x80
@@ -102,17 +106,34 @@ class TelegramCounts(NamedTuple):
     """How often bytes looked like a telegram, but the CRC was wrong."""
 
 
-def crc(data: bytes) -> int:
-    """The CRC of a telegram, from its STX to the last byte before the CRC.
+def _shifted(register: Array) -> Array:
+    """What a register of the CRC becomes when the next byte comes, before that byte is added."""
+    return (register << 1 ^ (register >> 15) * 0x8005) & 0xFFFF
 
-    Each byte shifts the register by one bit, so it is none of the usual CRCs of 16 bits.
+
+def _shares() -> Array:
+    """A row for each place in a telegram, from the first to the last of the longest one: what each value of a byte adds
+    to the CRC there.
     """
-    register = previous = 0
-    for byte in data:
-        register = (register << 1 ^ 0x8005) & 0xFFFF if register & 0x8000 else register << 1
-        register ^= previous << 8 | byte
-        previous = byte
-    return register
+    rows = [np.arange(256)]                             # at the end: the byte itself
+    rows.append(_shifted(rows[0]) ^ rows[0] << 8)       # one before it: also as the previous byte of the last one
+    while len(rows) < LONGEST:
+        rows.append(_shifted(rows[-1]))
+    return np.array(rows[::-1], dtype=np.uint16)
+
+
+_SHARES, _PLACES = _shares(), np.arange(LONGEST)
+
+
+def crc(data: bytes) -> int:
+    """The CRC of a telegram, from its STX to the last byte before the CRC: at most `LONGEST` bytes.
+
+    A register is 0 at first. Each byte shifts it by one bit: it is none of the usual CRCs of 16 bits, which shift by
+    eight. 8005 (hex) is added when a 1 leaves the register. Then the previous byte and this one are added, as a high
+    and a low byte. To add is to XOR, so the CRC is the XOR of what each byte adds for itself, which is in a table: a
+    tenth of the time, and without it the CRC were most of what a scan costs.
+    """
+    return int(np.bitwise_xor.reduce(_SHARES[_PLACES[LONGEST - len(data):], np.frombuffer(data, np.uint8)]))
 
 
 def encode_telegram(telegram: Telegram) -> bytes:

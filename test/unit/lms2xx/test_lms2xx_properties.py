@@ -37,6 +37,25 @@ def all_found(pieces, from_laser):
     return found, decoder
 
 
+def crc_of_the_sheet(data):
+    """The CRC byte by byte, as the laser sheet (1.1) has it."""
+    register = previous = 0
+    for byte in data:
+        register = (register << 1 ^ 0x8005) & 0xFFFF if register & 0x8000 else register << 1
+        register ^= previous << 8 | byte
+        previous = byte
+    return register
+
+
+@given(some.binary(max_size=lms2xx.LONGEST))
+@example(b"")
+@example(bytes(range(256)) * 3)
+@example(b"\xFF" * lms2xx.LONGEST)
+@example(b"\x80" + bytes(lms2xx.LONGEST - 1))
+def test_the_table_of_the_crc_is_the_register_of_the_sheet(data):
+    assert lms2xx.crc(data) == crc_of_the_sheet(data)
+
+
 @given(STREAMS, some.lists(some.integers(0), max_size=10), DIRECTIONS)
 @example(b"\x02\x80\x03\x00" + lms2xx.encode(lms2xx.Resetting()), [], True)
 def test_however_it_is_cut_a_stream_says_the_same(stream, places, from_laser):
