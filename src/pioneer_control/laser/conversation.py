@@ -7,9 +7,10 @@ gets back the reply to its request, or None when there was none in time. `sessio
 from typing import Any, Generator, List, NamedTuple, Optional, Tuple, Type, Union
 
 from ..errors import LinkError
-from ..lms2xx import (MEASURING_MODES, SPEEDS, AskConfiguration, AskStatus, AskType, Configuration, ConfigurationReply,
-                      ConfigurationWritten, Mode, ModeSet, NotPossible, PowerOn, ScanReply, SetMode, SetVariant,
-                      StatusReply, TypeReply, Variant, VariantSet, WriteConfiguration)
+from ..lms2xx import (MEASURING_MODES, SPEEDS, AskConfiguration, AskErrors, AskStatus, AskType, Configuration,
+                      ConfigurationReply, ConfigurationWritten, DeviceError, ErrorsReply, Mode, ModeSet, NotPossible,
+                      PowerOn, ScanReply, SetMode, SetVariant, StatusReply, TypeReply, Variant, VariantSet,
+                      WriteConfiguration)
 from .settings import LaserSettings
 
 ANSWERS_WITHIN = 1.0        # s: most requests
@@ -67,6 +68,7 @@ class LaserInfo(NamedTuple):
         baud: the speed at which it sends.
         found_baud: the speed at which it was found, and which it gets back at the end.
         remarks: what it does otherwise than it was asked, for people.
+        errors: its errors when it was last asked for them, also old ones.
     """
 
     type: str
@@ -75,6 +77,7 @@ class LaserInfo(NamedTuple):
     baud: int
     found_baud: int
     remarks: Tuple[str, ...]
+    errors: Tuple[DeviceError, ...] = ()
 
 
 class NoLaserError(LinkError):
@@ -99,12 +102,22 @@ def opening(settings: LaserSettings, has_speed: bool) -> Conversation:
     yield LaserSpeed(baud)
     variant, remarks = yield from _set_variant(settings, Variant(status.angle_deg, status.step_hundredths))
     configuration, more = yield from _configure(settings)
+    errors = yield from _ask_errors(())
     if has_speed and baud != settings.baud:
         yield from _change_speed(settings.baud)
         baud = settings.baud
     yield from _start()
     return LaserInfo(type_reply.text.decode("latin-1").strip(), variant, configuration, baud, found_baud,
-                     tuple(remarks + more))
+                     tuple(remarks + more), errors)
+
+
+def asking(info: LaserInfo) -> Conversation:
+    """Ask a laser that sends scans for its errors. Returns what is known of it then.
+
+    Its stream pauses for that, and goes on: at worst it is silent then, and is begun anew like any silent one.
+    """
+    errors = yield from _ask_errors(info.errors)
+    return info._replace(errors=errors)
 
 
 def closing(found_baud: int, baud: int, has_speed: bool) -> Conversation:
@@ -231,6 +244,12 @@ def _write(settings: LaserSettings, wanted: Configuration) -> Generator[Step, An
         raise NoLaserError("the laser was told to keep unit %d and measuring mode %d, but keeps %d and %d" % (
             wanted.unit, wanted.measuring_mode, kept.unit, kept.measuring_mode))
     return kept
+
+
+def _ask_errors(known: Tuple[DeviceError, ...]) -> Generator[Step, Any, Tuple[DeviceError, ...]]:
+    """Return the errors of the laser, or those that are known already if it does not tell them."""
+    reply = yield Ask(AskErrors(), (ErrorsReply, NotPossible))
+    return tuple(reply.errors) if isinstance(reply, ErrorsReply) else known
 
 
 def _change_speed(baud: int) -> Conversation:

@@ -1,8 +1,9 @@
 """A scan as the numbers of a sensor_msgs/LaserScan. Pure: no ROS, no clock (laser sheet 1.7, 1.8, 4.1; REP 103, 117).
 
 The angles go counter-clockwise about the z axis of the laser's frame, which points up: 0 is straight ahead, and the
-first ray is the rightmost. A laser that hangs upside down measures from left to right; then its values are put into the
-opposite order, and the frame stays upright.
+first ray is the rightmost. A laser that hangs upside down measures from the robot's left to its right. Either its frame
+hangs with it (then nothing is to be done here: z points down, and the values are as they are), or its frame is upright,
+and its values are put into the opposite order. Never both.
 
 The laser fires one ray each 37 microseconds. Neighbours of a scan in steps of 0.5 or 0.25 degrees are not of one turn
 of the mirror, so their times are in no order. Nor are they when the values were put into the opposite order. Then the
@@ -57,7 +58,7 @@ def numbers_of(heard: ScanHeard, inverted: bool = False, no_echo_is_max: bool = 
 
     Args:
         heard: the scan.
-        inverted: the laser hangs upside down.
+        inverted: the laser hangs upside down, and its frame is upright.
         no_echo_is_max: give a little less than `range_max` instead of infinity.
     """
     variant, configuration = heard.info.variant, heard.info.configuration

@@ -84,15 +84,15 @@ class LaserNode:
         self._line.ended.wait(CLOSING + PORT_CLOSES)
 
     def _publish_place(self, place: Coordinates) -> None:
-        """Publish the transform base_link -> laser. The frame of the laser is always upright."""
-        x, y, z, yaw = place
+        """Publish the transform base_link -> laser. Of a laser that hangs upside down its z axis points down."""
+        x, y, z, _ = place
         if self._mounted.height_is_missing:
             rospy.logwarn("how high the laser of a %s sits is not known: tf says 0; measure it and give place:=[%g, %g,"
                           " HEIGHT, 0]", self._parameters.place, x, y)
         self._broadcaster = tf2_ros.StaticTransformBroadcaster()
         self._broadcaster.sendTransform(TransformStamped(
             Header(stamp=rospy.Time.now(), frame_id=self._parameters.base_frame), self._parameters.laser_frame,
-            Transform(Vector3(x, y, z), Quaternion(0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0)))))
+            Transform(Vector3(x, y, z), Quaternion(*self._mounted.rotation))))
 
     # Reactions to events of the line
 
@@ -108,7 +108,7 @@ class LaserNode:
     def _publish(self, event: ScanHeard) -> None:
         if rospy.core.is_shutdown_requested():      # the topic may be closed
             return
-        numbers = numbers_of(event, self._mounted.inverted, self._parameters.no_echo == "max")
+        numbers = numbers_of(event, self._mounted.turns_values, self._parameters.no_echo == "max")
         age = monotonic() - numbers.first_ray
         stamp = rospy.Time.from_sec(max(0.0, rospy.get_time() - age + self._parameters.time_offset))
         try:

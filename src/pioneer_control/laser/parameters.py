@@ -3,6 +3,7 @@
 The names are those of sicktoolbox_wrapper, where it has them (laser sheet 4.3). This file uses no ROS.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Any, List, Mapping, NamedTuple, Optional, Tuple, Union
 
@@ -121,6 +122,9 @@ class LaserParameters:
 class Mounted(NamedTuple):
     """Where a laser sits, and how.
 
+    Upside down is told once: by the transform base_link -> laser, if the node publishes it (roll is pi), or else by the
+    order of the values, as sicktoolbox_wrapper does: then the user's own frame of the laser is upright.
+
     Attributes:
         place: x, y, z (m) and yaw (rad) of its frame in base_link. None: nobody has said it.
         inverted: it hangs upside down.
@@ -130,6 +134,18 @@ class Mounted(NamedTuple):
     place: Optional[Coordinates]
     inverted: bool
     height_is_missing: bool
+
+    @property
+    def turns_values(self) -> bool:
+        """Whether the values are put into the opposite order."""
+        return self.inverted and self.place is None
+
+    @property
+    def rotation(self) -> Tuple[float, float, float, float]:
+        """The quaternion x, y, z, w of its frame in base_link: a roll by pi if it hangs upside down, then the yaw."""
+        half = (0.0 if self.place is None else self.place[3]) / 2.0
+        c, s = math.cos(half), math.sin(half)
+        return (c, s, 0.0, 0.0) if self.inverted else (0.0, 0.0, s, c)
 
 
 def check_laser_parameters(given: Mapping[str, Any]) -> Tuple[LaserParameters, List[str]]:

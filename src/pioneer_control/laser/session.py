@@ -10,14 +10,16 @@ from typing import Any, Deque, Generator, List, NamedTuple, Optional, Union
 
 from ..lms2xx import (PARTIAL_TIMEOUT, WELL, Answer, MalformedMessage, RawScan, ScanReply, Telegram,
                       TelegramCounts, TelegramDecoder, Unit, decode, encode, first_ray_before_first_byte, scan_time,
-                      time_on_line)
-from .conversation import Ask, LaserInfo, LaserSpeed, NoLaserError, Pause, SetLineSpeed, Step, closing, opening
+                      severity, time_on_line)
+from .conversation import (Ask, LaserInfo, LaserSpeed, NoLaserError, Pause, SetLineSpeed, Step, asking, closing,
+                           opening)
 from .settings import LaserSettings
 
 AFTER_NAK = 0.03        # s: so long a host waits before it sends a request again that came with a wrong CRC (sheet 1.2)
 BACK_OFF = 1.0          # s from the end of one conversation to the begin of the next
 SILENT_SCANS = 5.0      # times the time from one scan to the next: a stream that is silent for longer has ended
 SILENT_AT_LEAST = 1.0   # s
+ASK_AGAIN = 10.0        # s: a laser that sends scans is asked for its errors no sooner again, as its stream pauses then
 
 
 class Measuring(NamedTuple):
@@ -71,6 +73,13 @@ class LaserCounts(NamedTuple):
     """How often a laser that measured was lost."""
 
 
+class _Asked(NamedTuple):
+    """When a laser that measures was last asked for its errors (s), and the severity that its status had then."""
+
+    at: float
+    severity: int
+
+
 class LaserSession:
     """One laser on one line.
 
@@ -91,6 +100,7 @@ class LaserSession:
         self._scans = self._malformed = self._repeated = self._lost = 0
         self._heard_at = now
         self._info: Optional[LaserInfo] = None
+        self._asked: Optional[_Asked] = None    # None until the first scan
         self._laser_speeds: List[int] = []      # of the laser that was found (baud), the present one last
         self._conversation: Optional[Generator[Step, Any, Optional[LaserInfo]]] = None
         self._step: Optional[Step] = None
@@ -177,20 +187,30 @@ class LaserSession:
             return []
         if isinstance(self._step, Ask) and isinstance(message, self._step.wanted):
             return self._go_on(message, now)
-        if isinstance(message, ScanReply) and self._info is not None and self._conversation is None:
+        if isinstance(message, ScanReply) and self._info is not None:
             if not fits(message.scan, self._info):
                 self._malformed += 1
                 return []
-            return [self._scan(message.scan, found, end)]
+            return [self._scan(self._info, message.scan, found, end)]
         return []
 
-    def _scan(self, scan: RawScan, telegram: Telegram, end: float) -> ScanHeard:
-        assert self._info is not None
+    def _scan(self, info: LaserInfo, scan: RawScan, telegram: Telegram, end: float) -> ScanHeard:
+        """Use a scan whose last byte came at the time `end` (s)."""
         self._scans += 1
-        self.due = end + self._silence(self._info)
-        first_byte = end - time_on_line(telegram.length, self._info.baud)
-        first_ray = first_byte - first_ray_before_first_byte(self._info.variant)
-        return ScanHeard(scan, self._info, first_ray, telegram.status or WELL)
+        status = WELL if telegram.status is None else telegram.status
+        if self._conversation is None:
+            self.due = end + self._silence(info)
+            self._ask_for_errors(info, severity(status), end)
+        first_byte = end - time_on_line(telegram.length, info.baud)
+        return ScanHeard(scan, info, first_byte - first_ray_before_first_byte(info.variant), status)
+
+    def _ask_for_errors(self, info: LaserInfo, told: int, now: float) -> None:
+        """Ask the laser for its errors if its status tells another severity than when it was last asked."""
+        if self._asked is None:
+            self._asked = _Asked(-math.inf, told)
+        elif told != self._asked.severity and now - self._asked.at >= ASK_AGAIN:
+            self._asked = _Asked(now, told)
+            self._begin(asking(info), now)
 
     def _silence(self, info: LaserInfo) -> float:
         """Return the time (s) without a scan after which a stream has ended."""
@@ -239,19 +259,19 @@ class LaserSession:
         return self._go_on(None, now)
 
     def _over(self, info: Optional[LaserInfo], now: float) -> List[Event]:
-        """End a conversation: the laser measures, or it was told to stop."""
+        """End a conversation: the laser measures, or told its errors, or was told to stop."""
         self._conversation = self._step = None
         if info is None:
             self._end()
             return []
-        self._info = info
+        measured, self._info = self._info is not None, info
         self.due = now + self._silence(info)
-        return [Measuring(info)]
+        return [] if measured else [Measuring(info)]
 
     def _fail(self, reason: str, now: float) -> List[Event]:
         """End for now, and look for the laser again after a while."""
         self._lost += self._info is not None
-        self._conversation = self._step = self._info = None
+        self._conversation = self._step = self._info = self._asked = None
         self._laser_speeds.clear()
         self.due = now + BACK_OFF
         if self._is_closing:

@@ -31,6 +31,7 @@ CODES: Dict[int, Tuple[float, str]] = {
 (m), and words. What stands here and what lies between is no distance.
 """
 _LOWEST_CODE = min(CODES)
+DAZZLED = CODES[-2][1]
 
 
 class Indices(NamedTuple):
@@ -103,6 +104,18 @@ def ranges_m(scan: RawScan, mode: MeasuringMode) -> Array:
     for code, (value, _) in CODES.items():
         ranges[codes == code] = value
     return ranges
+
+
+def codes_in(scan: RawScan, mode: MeasuringMode) -> Dict[str, int]:
+    """Return how many rays of a scan have each of `CODES` instead of a distance, by its words. Codes that none has, and
+    those that nobody has explained, are left out.
+    """
+    if mode.distance_bits == 16:
+        return {}
+    steps = np.array(scan.values, dtype=np.int32) & (1 << mode.distance_bits) - 1
+    counts = {words: int(np.count_nonzero(steps == (1 << mode.distance_bits) + code))
+              for code, (_, words) in CODES.items()}
+    return {words: count for words, count in counts.items() if count}
 
 
 def reflector_levels(scan: RawScan, mode: MeasuringMode) -> Array:

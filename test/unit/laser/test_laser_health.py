@@ -81,6 +81,37 @@ def test_what_the_laser_says_of_itself(status, level, text):
     assert watched.health.event(SCAN) and watched.report().level is Level.OK
 
 
+def test_the_numbers_of_its_errors():
+    errors = lms2xx.DeviceError(2, 18, False), lms2xx.DeviceError(3, 7, True), lms2xx.DeviceError(1, 5, False)
+    watched = Watched()
+    watched.health.event(SCAN._replace(status=0x12, info=INFO._replace(errors=errors)))
+    finding = watched.report()
+    assert finding.message == "the laser reports a warning: warning 18"
+    assert finding.values["Errors that it tells"] == "warning 18, error 7 (over), information 5"
+    watched.health.event(SCAN._replace(info=INFO._replace(errors=(lms2xx.DeviceError(9, 1, False),))))
+    assert watched.report().values["Errors that it tells"] == "kind 9, 1"
+    watched.health.event(SCAN)
+    assert watched.report().values["Errors that it tells"] == "none"
+
+
+@pytest.mark.parametrize("dazzled, level", [(18, Level.OK), (19, Level.WARN), (361, Level.WARN)])
+def test_a_laser_that_the_sun_dazzles(dazzled, level):
+    watched = Watched()
+    values = (8190,) * dazzled + (8191,) * min(7, 361 - dazzled)
+    watched.health.event(SCAN._replace(scan=lms2xx.RawScan(values + (1000,) * (361 - len(values)))))
+    finding = watched.report()
+    assert finding.level is level
+    assert ("%d of 361 rays are dazzled" % dazzled in finding.message) == (level is Level.WARN)
+    told = finding.values["Rays without a distance"]
+    assert "dazzled %d" % dazzled in told and ("no echo came back 7" in told) == (dazzled < 361)
+
+
+def test_before_the_first_scan_no_ray_is_told_of():
+    health = LaserHealth("/dev/lms200")
+    health.event(Measuring(INFO))
+    assert health.report(0.0, counts()).values["Rays without a distance"] == "none"
+
+
 @pytest.mark.parametrize("name", ["wrong", "malformed"])
 def test_damaged_telegrams_are_told_for_a_while(name):
     watched = Watched()

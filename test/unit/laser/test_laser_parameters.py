@@ -1,7 +1,9 @@
 """The parameters of the laser's node: each has an effect, and each mistake is named."""
 
 import dataclasses
+import math
 
+import numpy as np
 import pytest
 
 from pioneer_control.errors import ParameterError, UnknownModelError, UsageError
@@ -70,6 +72,28 @@ def test_a_model_that_nobody_knows():
 ])
 def test_where_the_laser_sits(given, mounted):
     assert parameters(**given).mounted == mounted
+
+
+@pytest.mark.parametrize("given, turns_values, seen", [
+    (dict(), False, (1.0, 2.0)),
+    (dict(inverted=True), True, None),                                  # the user's own tf, upright
+    (dict(place=[0, 0, 0, 0]), False, (1.0, 2.0)),
+    (dict(place=[0, 0, 0, 0], inverted=True), False, (1.0, -2.0)),      # what it has on its left is right of the robot
+    (dict(place=[0, 0, 0, math.pi / 2], inverted=True), False, (2.0, 1.0)),
+    (dict(place=[0, 0, 0, math.pi / 2]), False, (-2.0, 1.0)),
+    (dict(place="powerbot-sh"), False, (1.0, -2.0)),
+])
+def test_upside_down_is_told_by_the_frame_or_by_the_order_of_the_values(given, turns_values, seen):
+    mounted = parameters(**given).mounted
+    assert mounted.turns_values is turns_values
+    if seen is not None:        # a point 1 m ahead of the laser and 2 m to its left, in base_link
+        assert turned(mounted.rotation, (1.0, 2.0, 0.0)) == pytest.approx((*seen, 0.0))
+
+
+def turned(quaternion, point):
+    """Return a point turned by a quaternion x, y, z, w."""
+    axis, w = np.array(quaternion[:3]), quaternion[3]
+    return tuple(point + 2.0 * np.cross(axis, np.cross(axis, point) + w * np.array(point)))
 
 
 def test_a_model_of_the_users_own(tmp_path):

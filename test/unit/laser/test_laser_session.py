@@ -21,9 +21,9 @@ class ScriptedLaser:
         self.variant, self.configuration = (180, 50), lms2xx.FACTORY
         self.streams = self.installation = False
         self.password, self.deaf, self.naks, self.carries = b"SICK_LMS", 0, 0, True
-        self.refuses, self.forgets, self.writes = (), False, 0
+        self.refuses, self.silent_on, self.forgets, self.writes = (), (), False, 0
         self.hears_every_speed, self.speed_word = False, None
-        self.heard = []
+        self.heard, self.errors = [], b""
         self._decoder = lms2xx.TelegramDecoder(from_laser=False)
 
     def hear(self, data, baud):
@@ -38,6 +38,8 @@ class ScriptedLaser:
             self.heard.append(request)
             if self.deaf:
                 self.deaf -= 1
+            elif type(request).__name__ in self.silent_on:
+                answer += b"\x06"
             elif self.naks:
                 self.naks -= 1
                 answer += b"\x15"
@@ -52,6 +54,8 @@ class ScriptedLaser:
             return self.set_mode(request)
         if isinstance(request, lms2xx.AskType):
             return lms2xx.TypeReply(b"LMS200;301063;V02.10 ")
+        if isinstance(request, lms2xx.AskErrors):
+            return lms2xx.ErrorsReply(self.errors)
         if isinstance(request, lms2xx.AskStatus):
             word = self.speed_word or lms2xx.SPEEDS[self.baud].word
             return lms2xx.StatusReply("V02.10 ", 0x25, 0, (0,) * 8, 0, (0,) * 48, 148, (0,) * 33, 0, (0,) * 4,
@@ -115,10 +119,10 @@ class Bench:
             self.step()
         raise AssertionError("no %s; %s" % (kind.__name__, self.events))
 
-    def scans(self, count=1, baud=None, values=SCAN):
+    def scans(self, count=1, values=SCAN, status=lms2xx.WELL):
         for _ in range(count):
             self.now += 0.2
-            self.events += self.session.receive(lms2xx.encode(lms2xx.ScanReply(values)), self.now)
+            self.events += self.session.receive(lms2xx.encode(lms2xx.ScanReply(values), status), self.now)
 
 
 def test_a_laser_is_found_taken_to_the_wanted_speed_and_measures():
@@ -362,6 +366,72 @@ def test_a_measuring_mode_that_is_no_distance():
     bench = Bench()
     bench.laser.configuration = lms2xx.FACTORY.changed(measuring_mode=0x3F)
     assert "mode 3F, the strength of echoes: give another measuring_mode" in bench.until(LaserLost).reason
+
+
+WARNING, DONE = lms2xx.DeviceError(2, 18, False), lms2xx.DeviceError(2, 18, True)
+
+
+def test_a_laser_is_asked_for_its_errors_before_it_streams():
+    bench = Bench()
+    bench.laser.errors = bytes((2, 18, 0x82, 18))
+    assert bench.until(Measuring).info.errors == (WARNING, DONE)
+
+
+@pytest.mark.parametrize("trouble", [dict(refuses=("AskErrors",)), dict(silent_on=("AskErrors",))])
+def test_a_laser_that_does_not_tell_its_errors_measures_all_the_same(trouble):
+    bench = Bench()
+    vars(bench.laser).update(trouble)
+    assert bench.until(Measuring).info.errors == ()
+
+
+def test_errors_that_come_while_it_streams_are_asked_for_once():
+    bench = Bench()
+    bench.until(Measuring)
+    bench.scans(3)
+    asked = bench.laser.heard.count(lms2xx.AskErrors())
+    bench.laser.errors = bytes((2, 18))
+    for _ in range(40):     # 8 s
+        bench.scans(status=0x12)
+        bench.carry()
+    assert bench.laser.heard.count(lms2xx.AskErrors()) == asked + 1
+    assert bench.events[-1].info.errors == (WARNING,) and bench.events[-1].status == 0x12
+    assert all(isinstance(event, ScanHeard) for event in bench.events), "no scan is lost for it, nor the laser"
+    assert len(bench.events) == 43
+    bench.laser.errors = bytes((0x82, 18))
+    bench.scans()
+    bench.carry()
+    assert bench.laser.heard.count(lms2xx.AskErrors()) == asked + 1, "not so soon again"
+    for _ in range(20):
+        bench.scans()
+        bench.carry()
+    assert bench.laser.heard.count(lms2xx.AskErrors()) == asked + 2
+    assert bench.events[-1].info.errors == (DONE,)
+
+
+def test_a_stream_that_ends_when_the_laser_is_asked_for_errors_is_begun_anew():
+    bench = Bench()
+    bench.until(Measuring)
+    bench.scans(2)
+    bench.scans(status=0x13)
+    bench.carry()
+    assert "silent for" in bench.until(LaserLost).reason
+    bench.until(Measuring)
+
+
+def test_a_laser_that_falls_silent_when_it_is_asked_for_errors_is_lost():
+    bench = Bench()
+    bench.until(Measuring)
+    bench.scans(2)
+    bench.laser.power = False
+    bench.scans(status=0x14)
+    assert "silent for" in bench.until(LaserLost).reason and bench.now < 120.0
+
+
+def test_a_status_byte_of_0_is_no_good_one():
+    bench = Bench()
+    bench.until(Measuring)
+    bench.scans(status=0)
+    assert bench.until(ScanHeard).status == 0
 
 
 def test_noise_and_malformed_telegrams_are_counted():

@@ -121,6 +121,16 @@ def test_ranges(example):
     assert lms2xx.reflector_levels(scan, mode).tolist() == example.get("levels", [])
 
 
+@pytest.mark.parametrize("mode, flags", [(0, 0), (0, 0x8000), (1, 0xE000), (3, 0xC000), (5, 0x8000)])
+def test_rays_without_a_distance_are_counted_by_their_reason(mode, flags):
+    full = 1 << lms2xx.MEASURING_MODES[mode].distance_bits
+    values = [full + code | flags for code in (-1, -1, -2, -3, -5, -6, -9, -4, -7, -10)] + [1000]
+    counts = lms2xx.codes_in(lms2xx.RawScan(tuple(values)), lms2xx.MEASURING_MODES[mode])
+    assert counts == {"no echo came back": 2, "dazzled": 1, "overflow": 1, "too much noise": 1, "read error": 1,
+                      "farther than it measures": 1}
+    assert lms2xx.codes_in(lms2xx.RawScan((0xFFFF,)), lms2xx.MEASURING_MODES[0x0F]) == {}
+
+
 @pytest.mark.parametrize("row", DATA["rates"], ids=lambda row: "%(angle)d %(step)d" % row)
 def test_rates(row):
     variant = lms2xx.Variant(row["angle"], row["step"])
