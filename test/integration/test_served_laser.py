@@ -7,9 +7,12 @@ import socket
 import threading
 
 import pytest
+import serial
 
 from pioneer_control import lms2xx
 from pioneer_control.errors import ParameterError, PortError
+from pioneer_control.laser import line as line_file
+from pioneer_control.laser import session as session_file
 from pioneer_control.laser.conversion import numbers_of
 from pioneer_control.laser.line import LaserLine, PortDown
 from pioneer_control.laser.session import LaserLost, Measuring, ScanHeard
@@ -23,6 +26,13 @@ from client_lines import SpoiltLine
 from real_time import LIMIT, until
 
 QUICK = FirmwareNumbers(boot=0.1)
+
+
+@pytest.fixture(autouse=True)
+def no_long_waits(monkeypatch):
+    """A port is opened again, and a laser looked for again, after a moment."""
+    monkeypatch.setattr(line_file, "BACK_OFF", 0.1)
+    monkeypatch.setattr(session_file, "BACK_OFF", 0.1)
 
 
 class Listener:
@@ -163,6 +173,16 @@ def test_a_pseudo_terminal_that_is_not_there_yet(tmp_path):
     with Listener(link, baud=9600) as listener:
         assert "no such port" in listener.wait_for(PortDown).reason
         with served(pty=link):
+            listener.wait_for(ScanHeard)
+
+
+def test_a_pseudo_terminal_that_another_program_has(tmp_path):
+    link = str(tmp_path / "laser")
+    with served(pty=link):
+        other = serial.Serial(link, exclusive=True)
+        with Listener(link, baud=9600) as listener:
+            assert "in use by another program" in listener.wait_for(PortDown).reason
+            other.close()
             listener.wait_for(ScanHeard)
 
 

@@ -4,15 +4,17 @@ A conversation is a generator. It yields one `Step` after the other: a request, 
 gets back the reply to its request, or None when there was none in time. `session` carries the steps out.
 """
 
+import math
 from typing import Any, Generator, List, NamedTuple, Optional, Tuple, Type, Union
 
 from ..errors import LinkError
-from ..lms2xx import (MEASURING_MODES, SPEEDS, AskConfiguration, AskErrors, AskStatus, AskType, Configuration,
-                      ConfigurationReply, ConfigurationWritten, DeviceError, ErrorsReply, Mode, ModeSet, NotPossible,
-                      PowerOn, ScanReply, SetMode, SetVariant, StatusReply, TypeReply, Variant, VariantSet,
-                      WriteConfiguration)
+from ..lms2xx import (MEASURING_MODES, SPEEDS, AskConfiguration, AskErrors, AskStatus, AskType, Availability,
+                      Configuration, ConfigurationReply, ConfigurationWritten, DeviceError, ErrorsReply, Mode, ModeSet,
+                      NotPossible, PowerOn, ScanReply, SetMode, SetVariant, StatusReply, TypeReply, Unit, Variant,
+                      VariantSet, WriteConfiguration, farthest_m, scan_time)
 from .settings import LaserSettings
 
+HEARD_WITHIN = 0.15         # s: ACK, which a laser sends within 0.06 s (sheet 1.2)
 ANSWERS_WITHIN = 1.0        # s: most requests
 MODE_WITHIN = 3.0           # s: a change of the mode (sheet 1.2)
 WRITE_WITHIN = 15.0         # s: to write the configuration
@@ -28,12 +30,14 @@ class Ask(NamedTuple):
         wanted: the classes.
         seconds: so long to wait for it.
         tries: so often to send the request, if need be.
+        heard: so long to wait (s) from the moment at which the laser says that it heard the request, if that is longer.
     """
 
     request: Any
     wanted: Tuple[Type[Any], ...]
     seconds: float = ANSWERS_WITHIN
     tries: int = TRIES
+    heard: float = 0.0
 
 
 class SetLineSpeed(NamedTuple):
@@ -78,6 +82,17 @@ class LaserInfo(NamedTuple):
     found_baud: int
     remarks: Tuple[str, ...]
     errors: Tuple[DeviceError, ...] = ()
+
+    @property
+    def scan_time(self) -> float:
+        """The time (s) from one scan of its stream to the next, as the speed of the line allows it."""
+        return scan_time(self.variant, self.baud, bool(self.configuration.availability & Availability.INDICES))
+
+    @property
+    def farthest_m(self) -> float:
+        """The distance (m) that is just too far for it. NaN if it measures in a unit that nobody has explained."""
+        unit = self.configuration.unit
+        return farthest_m(MEASURING_MODES[self.configuration.measuring_mode], unit) if unit in list(Unit) else math.nan
 
 
 class NoLaserError(LinkError):
@@ -138,21 +153,23 @@ def closing(found_baud: int, baud: int, has_speed: bool) -> Conversation:
 def _find(settings: LaserSettings, has_speed: bool) -> Generator[Step, Any, Optional[int]]:
     """Return the speed (baud) at which the laser answers, and has stopped to send; None on a line without a speed.
 
-    A laser that sends scans at the right speed is found, too, though it misses requests. A laser whose power comes with
-    the opening of the port is silent until it is ready.
+    At first each speed is tried for a moment: a laser that is ready says at once that it heard something. A laser that
+    sends scans at the right speed is found, too, though it misses requests. A laser whose power comes with the opening
+    of the port is silent until it is ready.
     """
     speeds: List[Optional[int]] = [None]
     if has_speed:
         speeds = [settings.baud, *(baud for baud in SPEEDS if baud != settings.baud)]
     rounds = max(1, round(settings.power_on / (2.0 * ANSWERS_WITHIN * len(speeds))))
-    for _ in range(rounds):
+    stop, found = SetMode(Mode.ON_REQUEST, b""), (ModeSet, ScanReply, PowerOn)
+    for ask in (Ask(stop, found, HEARD_WITHIN, 2, ANSWERS_WITHIN), *[Ask(stop, found, tries=2)] * rounds):
         for baud in speeds:
             if baud is not None:
                 yield SetLineSpeed(baud)
-            heard = yield Ask(SetMode(Mode.ON_REQUEST, b""), (ModeSet, ScanReply, PowerOn), tries=2)
+            heard = yield ask
             if isinstance(heard, ModeSet):
                 return baud
-            if heard is not None and (yield Ask(SetMode(Mode.ON_REQUEST, b""), (ModeSet,), MODE_WITHIN)) is not None:
+            if heard is not None and (yield Ask(stop, (ModeSet,), MODE_WITHIN)) is not None:
                 return baud
     at_speeds = " at %s baud" % ", ".join(map(str, speeds)) if has_speed else ""
     raise NoLaserError("no laser answers%s: is it on, and is it this port? A laser needs up to a minute until its red"

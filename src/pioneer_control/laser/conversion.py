@@ -15,8 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..lms2xx import (MEASURING_MODES, TURN_S, Availability, Unit, farthest_m, ranges_m, reflector_levels,
-                      scan_time)
+from ..lms2xx import MEASURING_MODES, TURN_S, Unit, farthest_m, ranges_m, reflector_levels
 from .session import ScanHeard
 
 RAY_TIME = TURN_S / 360.0
@@ -75,7 +74,7 @@ def numbers_of(heard: ScanHeard, inverted: bool = False, no_echo_is_max: bool = 
         angle_max=variant.first_angle_rad + math.radians(variant.angle_deg),
         angle_increment=variant.step_rad,
         time_increment=RAY_TIME if variant.turns == 1 and not inverted else 0.0,
-        scan_time=scan_time(variant, heard.info.baud, bool(configuration.availability & Availability.INDICES)),
+        scan_time=heard.info.scan_time,
         range_min=NEAREST,
         range_max=farthest,
         ranges=ranges,

@@ -12,8 +12,7 @@ from typing import Any, Deque, Dict, Iterable, List, Optional, Tuple
 
 from ..client.fault_flags import Level
 from ..client.health import Finding, Problem
-from ..lms2xx import (DAZZLED, MEASURING_MODES, WELL, Availability, DeviceError, Severity, Status, Unit, codes_in,
-                      farthest_m, scan_time, severity)
+from ..lms2xx import DAZZLED, MEASURING_MODES, WELL, DeviceError, Severity, Status, codes_in, severity
 from .conversation import LaserInfo
 from .line import PortDown, StillLooking
 from .session import LaserCounts, LaserLost, Measuring, ScanHeard
@@ -42,11 +41,6 @@ def in_words(errors: Iterable[DeviceError]) -> str:
     kinds = {each.value: each.name.replace("_", " ").lower() for each in Severity}
     return ", ".join("%s %d%s" % (kinds.get(each.severity, "kind %d," % each.severity), each.number,
                                   " (over)" if each.is_old else "") for each in errors) or "none"
-
-
-def allowed_scan_time(info: LaserInfo) -> float:
-    """Return the time (s) from one scan to the next, as the speed of the line allows it."""
-    return scan_time(info.variant, info.baud, bool(info.configuration.availability & Availability.INDICES))
 
 
 class LaserHealth:
@@ -115,7 +109,7 @@ class LaserHealth:
                     "the laser calls its values implausible"),
             *(Problem(True, Level.WARN, remark) for remark in self._info.remarks)]
         if seconds >= SHORTEST_WINDOW:
-            scans, allowed = counts.scans - before.scans, seconds / allowed_scan_time(self._info)
+            scans, allowed = counts.scans - before.scans, seconds / self._info.scan_time
             damaged = (counts.line.wrong_crcs + counts.malformed) - (before.line.wrong_crcs + before.malformed)
             problems += [
                 Problem(scans + 1 < RATE_OK * allowed, Level.WARN, "only %.1f of %.1f scans a second arrive: check the"
@@ -135,17 +129,15 @@ class LaserHealth:
         values = {"Port": self._port}
         info = self._info
         if info is not None:
-            unit = Unit(info.configuration.unit) if info.configuration.unit in list(Unit) else Unit.MILLIMETRES
-            farthest = farthest_m(MEASURING_MODES[info.configuration.measuring_mode], unit)
             values.update({
                 "Laser": info.type,
                 "Baud": str(info.baud),
                 "Looks": "%d degrees wide in steps of %.2f" % (
                     info.variant.angle_deg, info.variant.step_hundredths / 100.0),
-                "Measures to": "%g m" % farthest,
+                "Measures to": "%g m" % info.farthest_m,
                 "Scans a second": "%.1f" % ((counts.scans - before.scans) / seconds)
                                   if seconds >= SHORTEST_WINDOW else "not known yet",
-                "Scans a second the line allows": "%.1f" % (1.0 / allowed_scan_time(info)),
+                "Scans a second the line allows": "%.1f" % (1.0 / info.scan_time),
                 "Rays without a distance": ", ".join("%s %d" % each for each in self._codes().items()) or "none",
                 "Errors that it tells": in_words(info.errors),
             })

@@ -8,6 +8,7 @@ There is no thread in this file: `run` is the loop, and `tell` is called from it
 breaks, is opened again after a while, for as long as it takes.
 """
 
+import math
 import threading
 import time
 from typing import Any, Callable, Iterable, NamedTuple, Optional, Union
@@ -27,6 +28,8 @@ LOOKING = 6.0
 CLOSING = 3.0
 """Longest time (s) that the laser gets at the end, to be told to stop and to take its old speed. Mostly it takes 0.2 s,
 and 3 s are the longest time that the laser sheet (1.2) gives for one answer."""
+MUCH, MOST = 2048, 1 << 20
+"""Bytes: so many in one read are of more than one scan. More than the second number are not read together."""
 FAST = 100000
 """Line speed (baud) above which bytes must be sent with pauses."""
 BYTE_PAUSE = 60e-6
@@ -129,15 +132,29 @@ class LaserLine:
                 return
             self._tell_all(session.tick(now))
             self._carry_out(transport, session.take_output())
-            if session.info is None and end_at is None and now >= look_until:
-                look_until = float("inf")
+            if session.info is not None:
+                look_until = math.inf       # if it is lost, there is a better reason
+            elif end_at is None and now >= look_until:
+                look_until = math.inf
                 self._tell(StillLooking("%s: no laser has answered yet; one that has just got power needs up to a"
                                         " minute" % self.url))
-            data = transport.read(max(0.0, min(session.due - now, PARTIAL_TIMEOUT)))
+            data = self._read(transport, max(0.0, min(session.due - now, PARTIAL_TIMEOUT)))
             now = self._clock()
             if data:
                 self._tell_all(session.receive(data, now))
                 self._carry_out(transport, session.take_output())
+
+    def _read(self, transport: Transport, timeout: float) -> bytes:
+        """Return what the port has. The last byte of it is one that has just come, unless the line is idle.
+
+        Much waits only when this computer did other things. Then there may be more than one read returns, and the
+        session takes all bytes for as old as those behind them say.
+        """
+        data = more = transport.read(timeout)
+        while len(more) >= MUCH and len(data) < MOST:
+            more = transport.read(0.0)
+            data += more
+        return data
 
     def _tell_all(self, events: Iterable[LineEvent]) -> None:
         for event in events:

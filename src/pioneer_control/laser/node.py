@@ -11,7 +11,6 @@ Whenever the node ends, it tells the laser to stop and to take the speed that it
 keeps is changed, unless ``write`` is set.
 """
 
-import math
 from time import monotonic
 from typing import Any, Callable, Dict
 
@@ -23,7 +22,6 @@ from std_msgs.msg import Header
 
 from ..client.health import Finding
 from ..diagnostics_thread import DiagnosticsThread
-from ..lms2xx import MEASURING_MODES, Unit, farthest_m, scan_time
 from ..ros_node import START_GRACE, init_node, run_device
 from .byte_record import ByteRecord
 from .conversation import LaserInfo
@@ -147,11 +145,9 @@ def description(info: LaserInfo) -> str:
     speed = "%d baud" % info.baud
     if info.baud != info.found_baud:
         speed += " (found at %d, and gets that back at the end)" % info.found_baud
-    unit = info.configuration.unit
-    farthest = farthest_m(MEASURING_MODES[info.configuration.measuring_mode], unit) if unit in list(Unit) else math.nan
     return "%s measures at %s: %d degrees wide in steps of %.2f, to %g m, %.1f times a second" % (
-        info.type, speed, info.variant.angle_deg, info.variant.step_hundredths / 100.0, farthest,
-        1.0 / scan_time(info.variant, info.baud))
+        info.type, speed, info.variant.angle_deg, info.variant.step_hundredths / 100.0, info.farthest_m,
+        1.0 / info.scan_time)
 
 
 def main() -> int:

@@ -6,11 +6,11 @@ sends it again when it was not heard, hands the reply back, and notices when a l
 
 import math
 from collections import deque
-from typing import Any, Deque, Generator, List, NamedTuple, Optional, Union
+from typing import Any, Deque, Generator, List, NamedTuple, Optional, Sequence, Union
 
-from ..lms2xx import (PARTIAL_TIMEOUT, WELL, Answer, MalformedMessage, RawScan, ScanReply, Telegram,
-                      TelegramCounts, TelegramDecoder, Unit, decode, encode, first_ray_before_first_byte, scan_time,
-                      severity, time_on_line)
+from ..lms2xx import (MESSAGES, PARTIAL_TIMEOUT, WELL, Answer, ConfigurationWritten, MalformedMessage, PowerOn, RawScan,
+                      Resetting, ScanReply, Telegram, TelegramCounts, TelegramDecoder, Unit, VariantSet, decode, encode,
+                      first_ray_before_first_byte, severity, time_on_line)
 from .conversation import (Ask, LaserInfo, LaserSpeed, NoLaserError, Pause, SetLineSpeed, Step, asking, closing,
                            opening)
 from .settings import LaserSettings
@@ -19,6 +19,9 @@ AFTER_NAK = 0.03        # s: so long a host waits before it sends a request agai
 BACK_OFF = 1.0          # s from the end of one conversation to the begin of the next
 SILENT_SCANS = 5.0      # times the time from one scan to the next: a stream that is silent for longer has ended
 SILENT_AT_LEAST = 1.0   # s
+NOT_OURS = PowerOn, Resetting, VariantSet, ConfigurationWritten
+"""Replies that change what the scans are. None of them is asked for while scans come."""
+NOT_OURS_SAYS = "the laser begins anew, or another program has changed it"
 ASK_AGAIN = 10.0        # s: a laser that sends scans is asked for its errors no sooner again, as its stream pauses then
 
 
@@ -132,14 +135,27 @@ class LaserSession:
         events: List[Event] = []
         self._heard_at = now
         found = self._decoder.feed(data)
-        behind = self._decoder.held_bytes       # bytes of the line that came after what is looked at
-        ends = []
-        for each in reversed(found):
-            ends.append(behind)
-            behind += each.length if isinstance(each, Telegram) else 1
-        for each, after in zip(found, reversed(ends)):
-            events += self._take_in(each, now - time_on_line(after, self._baud()), now)
+        for each, end in zip(found, self._ends(found, now)):
+            events += self._take_in(each, end, now)
         return events
+
+    def _ends(self, found: Sequence[Union[Telegram, Answer]], now: float) -> List[float]:
+        """Return when the last byte of each of these came (s), if the last byte of the line came just now.
+
+        Before that one the line was busy all the time, but for the pauses of a stream, in which the laser measures.
+        """
+        info = self._info
+        baud = self._settings.baud if info is None else info.baud
+        scans_apart = 0.0 if info is None else info.scan_time
+        ends: List[float] = []
+        following = now - time_on_line(self._decoder.held_bytes, baud)      # the begin of what comes next
+        for each in reversed(found):
+            takes = time_on_line(each.length if isinstance(each, Telegram) else 1, baud)
+            is_scan = isinstance(each, Telegram) and MESSAGES.get(each.command) is ScanReply
+            pause = max(0.0, scans_apart - takes) if is_scan and following < now else 0.0
+            ends.append(following - pause)
+            following = ends[-1] - takes
+        return ends[::-1]
 
     def tick(self, now: float) -> List[Event]:
         """Do what is due at some time (s)."""
@@ -152,8 +168,7 @@ class LaserSession:
         if self._conversation is not None:
             return events + self._out_of_time(now)
         if self._info is not None:
-            return events + self._fail("the laser is silent for %.1f s: its power, its cable or another program"
-                                       % (now - self._heard_at), now)
+            return events + self._fail(self._why_no_scans(now - self._heard_at), now)
         self._begin(opening(self._settings, self._has_speed), now)
         return events
 
@@ -171,15 +186,14 @@ class LaserSession:
         self._output.clear()
         return self._fail(reason, now)
 
-    def _baud(self) -> int:
-        """The speed at which the laser sends, for the times of bytes."""
-        return self._info.baud if self._info is not None else self._settings.baud
-
     def _take_in(self, found: Union[Telegram, Answer], end: float, now: float) -> List[Event]:
         """Use an answer or a telegram whose last byte came at the time `end` (s)."""
         if isinstance(found, Answer):
-            if found is Answer.NAK and isinstance(self._step, Ask):
+            if isinstance(self._step, Ask) and found is Answer.NAK:
                 self.due = min(self.due, now + AFTER_NAK)
+            elif isinstance(self._step, Ask):
+                self.due = max(self.due, now + self._step.heard)
+                self._step = self._step._replace(heard=0.0)     # once: in noise there are many of these bytes
             return []
         message = decode(found)
         if isinstance(message, MalformedMessage):
@@ -192,6 +206,8 @@ class LaserSession:
                 self._malformed += 1
                 return []
             return [self._scan(self._info, message.scan, found, end)]
+        if isinstance(message, NOT_OURS) and self._info is not None and not self._is_closing:
+            return self._fail(NOT_OURS_SAYS, now)
         return []
 
     def _scan(self, info: LaserInfo, scan: RawScan, telegram: Telegram, end: float) -> ScanHeard:
@@ -214,7 +230,13 @@ class LaserSession:
 
     def _silence(self, info: LaserInfo) -> float:
         """Return the time (s) without a scan after which a stream has ended."""
-        return max(SILENT_AT_LEAST, SILENT_SCANS * scan_time(info.variant, info.baud))
+        return max(SILENT_AT_LEAST, SILENT_SCANS * info.scan_time)
+
+    def _why_no_scans(self, silent: float) -> str:
+        """Return why there are no scans, for people. `silent` is the time (s) since the last byte."""
+        if silent < SILENT_AT_LEAST / 2.0:
+            return "what comes is no scan: the cable, or another program has changed the speed of the laser"
+        return "the laser is silent for %.1f s: its power, its cable or another program" % silent
 
     def _begin(self, conversation: Generator[Step, Any, Optional[LaserInfo]], now: float) -> None:
         self._conversation = conversation
