@@ -6,6 +6,8 @@ The folders:
 ``p2os``       the protocol: bytes to typed packets and back (no I/O, no ROS)
 ``lms2xx``     the protocol of SICK's LMS2xx lasers, in the same way
 ``laser``      finds such a laser, configures it, and hears its scans
+``vcc4``       the protocol of Canon's cameras VC-C4 and VC-C50i, in the same way
+``ptz``        starts such a camera, turns it, and knows where it looks
 ``robots``     the properties of each robot model, in one data file
 ``client``     drive a robot from plain Python over a serial port, TCP or a WebSocket
 ``driver``     the ROS node around the client

@@ -37,14 +37,17 @@ ROOMS = {
     "lms2xx": {"wire_fields"},
     # robots: where the laser of a model sits; client: its ports
     "laser": {"lms2xx", "parameters", "ros_node", "diagnostics_thread", "robots", "client"},
+    "vcc4": {"wire_fields"},
+    # client: the line of the robot, and ports
+    "ptz": {"p2os", "vcc4", "client"},
     "robots": {"p2os", "parameters"},
     "client": {"port_url", "wire_fields", "p2os", "robots"},
     "maps": {"floor_poses", "parameters", "whole_file"},
     "navigation": {"floor_poses", "maps", "message_values", "parameters", "robots"},
     "driver": {"message_values", "standard_messages", "parameters", "port_url", "ros_node", "diagnostics_thread",
-               "p2os", "robots", "client", "msg"},
+               "p2os", "robots", "client", "vcc4", "ptz", "msg"},
     "simulator": {"message_values", "parameters", "ros_node", "pictures", "maps", "wire_fields", "p2os", "lms2xx",
-                  "robots"},
+                  "vcc4", "robots"},
     # robots: the outline, where a driver does not tell it
     "tutorial": {"floor_poses", "message_values", "ros_node", "robots", "msg", "srv"},
     "teleop": {"message_values", "ros_node", "msg"},
