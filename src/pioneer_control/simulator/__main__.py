@@ -10,7 +10,8 @@ from typing import Any, Dict, List, Optional, Union
 from ..errors import PioneerError, UsageError
 from ..p2os.recording import Entry, read_record
 from ..robots import find_model, load_table
-from .line import Fault, LineRecorder, LineSimulation, Server, fault_of, laser_ports, load_faults
+from .line import Fault, LineRecorder, LineSimulation, Server, camera_ports, fault_of, laser_ports, load_faults
+from .line.cameras import AUX_OF_CAMERAS, CAMERA_CABLINGS, KINDS_OF_CAMERAS
 from .line.faults import KINDS
 from .line.lasers import KINDS_OF_LASERS, STANDARD_LASER_PORT
 from .line.lines import STANDARD_PORT
@@ -55,7 +56,9 @@ def serve(options: argparse.Namespace) -> int:
         simulation_of(options, grounds.world if grounds else None) if options.play is None else played_robot(options))
     server = Server(robots, options.tcp, options.pty, speed=options.speed, seed=options.seed, faults=faults_of(options),
                     record=options.record, say=say, lockstep=options.lockstep,
-                    lasers=laser_ports(options.laser, options.laser_port, options.laser_pty))
+                    lasers=laser_ports(options.laser, options.laser_port, options.laser_pty),
+                    cameras=camera_ports(options.camera, options.camera_cabling, options.camera_aux,
+                                         options.camera_port, options.camera_pty))
     truth: Optional[TruthService] = None
     try:
         if options.truth is not None and isinstance(robots, Simulation):
@@ -189,6 +192,10 @@ def welcome(server: Server, robots: Union[Simulation, PlayedRobot]) -> List[str]
         lines += ["Connect to %s at" % ("its laser" if single else "their lasers")]
         lines += ["    " + laser.place if single else "    %s  %s" % (berth.robot.name, laser.place)
                   for berth, laser in zip(server.berths, server.lasers)]
+    if server.cameras:
+        lines += ["Connect to %s at" % ("its camera" if single else "their cameras")]
+        lines += ["    " + camera.place if single else "    %s  %s" % (berth.robot.name, camera.place)
+                  for berth, camera in zip(server.berths, server.cameras)]
     return lines
 
 
@@ -246,6 +253,17 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
                               % STANDARD_LASER_PORT),
     "--laser-pty": dict(metavar="LINK",
                         help="make a pseudo-terminal for the laser with this link to it, instead of a TCP port"),
+    "--camera": dict(default="none", choices=("none", *KINDS_OF_CAMERAS),
+                     help="camera that turns on each robot, at an auxiliary port of it (default: %(default)s)"),
+    "--camera-aux": dict(type=int, default=AUX_OF_CAMERAS, choices=(1, 2, 3),
+                         help="which auxiliary port (default: %(default)s)"),
+    "--camera-cabling": dict(default=CAMERA_CABLINGS[0], choices=CAMERA_CABLINGS,
+                             help="one_way: no answer of the camera arrives, as on many robots (default: %(default)s)"),
+    "--camera-port": dict(metavar="PORT",
+                          help="TCP port for the first robot's camera, instead of an auxiliary port; the others have"
+                               " the next ports; 0: any free ports; or HOST:PORT"),
+    "--camera-pty": dict(metavar="LINK",
+                         help="make a pseudo-terminal for the camera with this link to it, instead of that"),
     "--seed": dict(type=int, default=0,
                    help="random seed of sonar noise, wheel slip and damaged packets (default: %(default)s)"),
     "--speed": dict(type=float, default=1.0, metavar="X",

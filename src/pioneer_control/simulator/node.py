@@ -49,7 +49,7 @@ from ..ros_node import init_node
 from ..srv import AddFault, AddFaultResponse, Carry, CarryResponse
 from .firmware import Firmware
 from .hardware.gripper import ParallelGripper
-from .line import Server, fault_of, laser_ports, load_faults
+from .line import Server, camera_ports, fault_of, laser_ports, load_faults
 from .parameters import SimulatorParameters, check_parameters
 from .shoves import ShoveWatch
 from .simulation import Simulation, prepared, simulate
@@ -110,7 +110,9 @@ def main() -> int:
             simulation, parameters.tcp, parameters.pty or None, speed=parameters.speed, seed=parameters.seed,
             faults=faults, record=parameters.record or None,
             say=lambda sentence: rospy.logwarn("simulated %s", sentence),
-            lasers=laser_ports(parameters.laser, parameters.laser_port, parameters.laser_pty or None))
+            lasers=laser_ports(parameters.laser, parameters.laser_port, parameters.laser_pty or None),
+            cameras=camera_ports(parameters.camera, parameters.camera_cabling, parameters.camera_aux,
+                                 parameters.camera_port, parameters.camera_pty or None))
         orders = Orders(simulation, server.simulation, server.pace, Referee(simulation))
     except PioneerError as error:
         rospy.logfatal("%s", error)
@@ -123,6 +125,8 @@ def main() -> int:
                           " and ".join(filter(None, (berth.url, berth.pty_link))))
         for laser in server.lasers:
             rospy.loginfo("its laser is at %s", laser.place)
+        for camera in server.cameras:
+            rospy.loginfo("its camera is at %s", camera.place)
         if server.open_to_others:
             rospy.logwarn("every machine that reaches this one can drive the simulated robots: the protocol knows no"
                           " password")

@@ -8,6 +8,7 @@ from typing import Any, Mapping, NamedTuple, Optional, Union
 
 from ..errors import ParameterError
 from ..parameters import AutoSwitch, Choice, Number, Numbers, Switch, Text, Whole, check, parameter
+from .line.cameras import AUX_OF_CAMERAS, CAMERA_CABLINGS, KINDS_OF_CAMERAS
 from .line.lasers import KINDS_OF_LASERS
 from .line.pace import SPEEDS
 from .simulation import MOST_ROBOTS, RANDOM
@@ -65,6 +66,16 @@ class SimulatorParameters:
         " after those of the robots, or 8102")
     laser_pty: str = parameter("", Text(empty=True), "path of a link to a pseudo-terminal of the laser, instead of TCP;"
                                " empty for none")
+    camera: str = parameter("none", Choice(("none", *KINDS_OF_CAMERAS)), "camera that turns on each robot, at an"
+                            " auxiliary port of it")
+    camera_aux: int = parameter(AUX_OF_CAMERAS, Choice((1, 2, 3)), "which auxiliary port")
+    camera_cabling: str = parameter(CAMERA_CABLINGS[0], Choice(CAMERA_CABLINGS), "one_way: no answer of the camera"
+                                    " arrives, as on many robots")
+    camera_port: Union[int, str, None] = parameter(
+        None, TcpAddress(), "TCP port for the first robot's camera, instead of an auxiliary port; the others have the"
+        " next ports; empty for none")
+    camera_pty: str = parameter("", Text(empty=True), "path of a link to a pseudo-terminal of the camera, instead of"
+                                " that; empty for none")
     seed: int = parameter(0, Whole(), "random seed of sonar noise, wheel slip and damaged packets")
     speed: float = parameter(1.0, Number(*SPEEDS),
                              "simulated seconds per real second; if not 1, the node publishes /clock")

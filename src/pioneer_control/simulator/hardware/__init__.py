@@ -9,6 +9,7 @@ move together in fixed time steps.
 ``gripper``        two paddles on a lift, with beams and contacts
 ``battery``        battery voltage, charger and docks
 ``accessories``    gyro, compass, joystick, user inputs and outputs, serial ports
+``camera``         a camera that turns, at a serial port
 ``robot_numbers``  the parameters of all these devices, from ``robot.yaml`` or a user's file
 """
 

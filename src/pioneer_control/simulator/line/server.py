@@ -21,6 +21,7 @@ from ...p2os.recording import Entry
 from ..firmware import Firmware, FirmwareState, RobotOnLine
 from ..simulation import Simulation
 from .faults import Fault
+from .cameras import CameraBerth, CameraPorts, fit_camera
 from .lasers import LaserBerth, LaserPorts, place_on
 from .line_recorder import LineRecorder
 from .line_simulation import Arrival, LineSimulation
@@ -89,6 +90,7 @@ class Server:
         lockstep: simulated time waits for the client of the only robot, at each SIP, this real time (s) at most; see
             `lockstep`. None: simulated time follows real time.
         lasers: where the clients of the robots' lasers connect. None: robots have no lasers.
+        cameras: which cameras the robots have, and where. None: robots have no cameras.
 
     Raises:
         PortError: a line cannot be opened.
@@ -99,14 +101,14 @@ class Server:
         self, robots: RobotsInTime, tcp: Union[int, str, None] = None, pty: Optional[str] = None, *, speed: float = 1.0,
         seed: int = 0, faults: Sequence[Fault] = (), record: Optional[str] = None,
         say: Callable[[str], None] = lambda sentence: None, lockstep: Optional[float] = None,
-        lasers: Optional[LaserPorts] = None,
+        lasers: Optional[LaserPorts] = None, cameras: Optional[CameraPorts] = None,
     ):
         now_us = robots.clock.now_us
         pace = Pace(speed, now_us) if lockstep is None else Lockstep(lockstep, speed, now_us)
         alone = len(robots.robots) == 1 and isinstance(robots.robots[0], Firmware) and pty is None
-        if lockstep is not None and (not alone or lasers is not None):
+        if lockstep is not None and (not alone or lasers is not None or cameras is not None and cameras.has_lines):
             raise ParameterError("lockstep is for one simulated robot on a TCP port: leave out other robots, records,"
-                                 " pseudo-terminals and lasers")
+                                 " pseudo-terminals, lasers, and cameras with a line of their own")
         if tcp is None and pty is None:
             tcp = STANDARD_PORT
         self.lock = threading.RLock()
@@ -124,6 +126,8 @@ class Server:
         self.berths: List[Berth] = []
         self.lasers: List[LaserBerth] = []
         """The lasers of the robots, in their order. Empty if they have none."""
+        self.cameras: List[CameraBerth] = []
+        """The cameras of the robots that have a line of their own, in the order of the robots."""
         self._selector = selectors.DefaultSelector()
         self._watched: Dict[ServedLine, Set[Any]] = {}      # the files of each line that the selector watches
         self._paused: Dict[ServedLine, Berth] = {}          # lines that are not read while they are busy
@@ -134,6 +138,8 @@ class Server:
             self._open_berths(tcp, pty)
             if lasers is not None:
                 self._open_lasers(robots, lasers, tcp, seed)
+            if cameras is not None:
+                self._open_cameras(robots, cameras)
             self._recording = LineRecorder(record)
         except (LinkError, ParameterError):
             self._close()
@@ -145,8 +151,8 @@ class Server:
             link.on_cable = functools.partial(self._plug, berth)
             for line in berth.lines:
                 self._watch(berth, line)
-        for laser in self.lasers:
-            self._watch(laser, laser.line)
+        for device in self._devices:
+            self._watch(device, device.line)
 
     @property
     def firmware(self) -> Firmware:
@@ -202,7 +208,12 @@ class Server:
 
     @property
     def _lines(self) -> List[ServedLine]:
-        return [line for berth in self.berths for line in berth.lines] + [laser.line for laser in self.lasers]
+        return [line for berth in self.berths for line in berth.lines] + [device.line for device in self._devices]
+
+    @property
+    def _devices(self) -> List[Union[LaserBerth, CameraBerth]]:
+        """All devices with a line of their own."""
+        return [*self.lasers, *self.cameras]
 
     def _open_berths(self, tcp: Union[int, str, None], pty: Optional[str]) -> None:
         """Open the lines of all robots. For the arguments see `Server`."""
@@ -236,6 +247,22 @@ class Server:
             self.lasers.append(laser)
             robots.on_step.append(laser.history.note)
 
+    def _open_cameras(self, robots: RobotsInTime, ports: CameraPorts) -> None:
+        """Put a camera on each robot, and open its line, if it has one.
+
+        Raises:
+            PortError: a line cannot be opened.
+            ParameterError: the robots are not simulated.
+        """
+        if not isinstance(robots, Simulation):
+            raise ParameterError("cameras are for simulated robots: a record has what its own camera said")
+        for number, (robot, link) in enumerate(zip(robots.robots, self.simulation.links)):
+            if ports.has_lines:
+                self.cameras.append(CameraBerth(ports.camera(), ports.line_of(number, len(robots.robots)),
+                                                functools.partial(getattr, link, "powered")))
+            else:
+                fit_camera(robot, ports)
+
     # -- its thread
 
     def _run(self) -> None:
@@ -243,19 +270,19 @@ class Server:
         try:
             while not self._stopping.is_set():
                 until_us = self.simulation.next_us if self.watched else self.simulation.news_us
-                until_us = min([until_us] + [laser.next_us for laser in self.lasers])
+                until_us = min([until_us] + [device.next_us for device in self._devices])
                 ready = self._selector.select(self.pace.rest(until_us))
                 with self.lock:
                     now = time.monotonic()
                     self._deliver(self.simulation.run_to(self._due_us(now)), now)
-                    for laser in self.lasers:
-                        laser.run_to(self.simulation.clock.now_us)
+                    for device in self._devices:
+                        device.run_to(self.simulation.clock.now_us)
                     for key, _ in ready:
                         if key.fileobj is self._wakers[1]:
                             self._wakers[1].recv(CHUNK)
                         else:
                             berth, line = key.data
-                            if isinstance(berth, LaserBerth):
+                            if isinstance(berth, (LaserBerth, CameraBerth)):
                                 berth.hear()
                                 self._watch(berth, line)
                             else:
@@ -315,7 +342,7 @@ class Server:
 
     # -- the files that the selector watches
 
-    def _watch(self, berth: Union[Berth, LaserBerth], line: ServedLine) -> None:
+    def _watch(self, berth: Union[Berth, LaserBerth, CameraBerth], line: ServedLine) -> None:
         """Update the files of a line that the selector watches. Watch no files of a line whose reading is paused."""
         before = self._watched.get(line, set())
         now = self._watched[line] = set() if line in self._paused else set(line.files())
