@@ -58,10 +58,10 @@ class Counts(NamedTuple):
 
 
 def robot_of(name: str, seed: int) -> Firmware:
-    """A robot in a small room with cans."""
+    """A robot in a small room with cans. The newer models have an arm."""
     walls = [(-4, -4, 4, -4), (4, -4, 4, 4), (4, 4, -4, 4), (-4, 4, -4, -4)]
     world = World("room", walls=walls, cans=[Can(0.8, 0.3), Can(1.5, -0.5), Can(-1.4, 0.4)], docks=[(0.0, 0.0, 0.0)])
-    return Firmware(find_model(name), world, (0.0, 0.0, 0.0), seed=seed)
+    return Firmware(find_model(name), world, (0.0, 0.0, 0.0), seed=seed, arm=name.endswith("-sh"))
 
 
 class Subject:
@@ -99,6 +99,8 @@ class Subject:
              "said something that is no packet: %s" % (counts,))
         hardware = self.robot.hardware
         must(not hardware.body.touches(hardware.model.outline(self.robot.gripper is not None)), "stands in a wall")
+        must(hardware.arm is None or all(servo.minimum <= servo.position <= servo.maximum
+                                         for servo in hardware.arm.servos), "has its arm out of its range")
         must(len(self.robot.decoder._held) < 260, "holds %d bytes" % len(self.robot.decoder._held))
         must(self.robot.session in FirmwareState, "is in no state of a session")
         self.open()

@@ -10,6 +10,7 @@ from typing import Any, Dict, List, Optional, Union
 from ..errors import PioneerError, UsageError
 from ..p2os.recording import Entry, read_record
 from ..robots import find_model, load_table
+from .hardware.arm import KINDS_OF_ARMS
 from .line import Fault, LineRecorder, LineSimulation, Server, camera_ports, fault_of, laser_ports, load_faults
 from .line.cameras import AUX_OF_CAMERAS, CAMERA_CABLINGS, KINDS_OF_CAMERAS
 from .line.faults import KINDS
@@ -119,7 +120,7 @@ def simulation_of(options: argparse.Namespace, world: Optional[World] = None) ->
     return simulate(
         world or world_of(options), find_model(options.model, options.models), options.robots, options.name,
         options.seed,
-        gripper=options.gripper, rear_sonar=options.rear_sonar, noise=options.noise,
+        gripper=options.gripper, arm=options.arm != "none", rear_sonar=options.rear_sonar, noise=options.noise,
         numbers_file=options.numbers, real=options.real)
 
 
@@ -293,6 +294,8 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
                     help="largest random error of a sonar range (default: that of robot.yaml)"),
     "--gripper": dict(action="store_true", default=None, help="fit a gripper (default: on a p3dx-sh)"),
     "--no-gripper": dict(action="store_false", dest="gripper", help="fit no gripper"),
+    "--arm": dict(default="none", choices=("none", *KINDS_OF_ARMS),
+                  help="arm on each robot (default: %(default)s)"),
     "--no-rear-sonar": dict(action="store_false", dest="rear_sonar", help="fit no rear sonar array"),
     "--name": dict(help="the robot's own name; several are numbered, NAME_0001 and up (default: sim_0001 and up)"),
     "--models": dict(metavar="FILE", help="a models file that overrides or adds robot models"),

@@ -145,7 +145,8 @@ def simulation_of(parameters: SimulatorParameters) -> Simulation:
     return simulate(
         world, model, parameters.robots,
         parameters.name if parameters.robots == 1 else None, parameters.seed, gripper=parameters.gripper,
-        rear_sonar=parameters.rear_sonar, numbers_file=parameters.numbers_file or None, real=parameters.real)
+        arm=parameters.arm != "none", rear_sonar=parameters.rear_sonar, numbers_file=parameters.numbers_file or None,
+        real=parameters.real)
 
 
 class RobotTruth:

@@ -8,6 +8,7 @@ from typing import Any, Mapping, NamedTuple, Optional, Union
 
 from ..errors import ParameterError
 from ..parameters import AutoSwitch, Choice, Number, Numbers, Switch, Text, Whole, check, parameter
+from .hardware.arm import KINDS_OF_ARMS
 from .line.cameras import AUX_OF_CAMERAS, CAMERA_CABLINGS, KINDS_OF_CAMERAS
 from .line.lasers import KINDS_OF_LASERS
 from .line.pace import SPEEDS
@@ -83,6 +84,8 @@ class SimulatorParameters:
     faults_file: str = parameter("", Text(empty=True), "a YAML list of faults; empty for none")
     record: str = parameter("", Text(empty=True), "file for a record of the lines; empty for none")
     gripper: Optional[bool] = parameter(None, AutoSwitch(), "is a gripper fitted? auto: as usual for the model")
+    arm: str = parameter("none", Choice(("none", *KINDS_OF_ARMS)), "arm on each robot, at the auxiliary port arm.aux of"
+                         " robot.yaml")
     rear_sonar: bool = parameter(True, Switch(), "whether the rear sonar array is fitted")
     name: str = parameter("sim_0001", Text(), "name of the robot; several robots are sim_0001, sim_0002, ...")
     models_file: str = parameter("", Text(empty=True),

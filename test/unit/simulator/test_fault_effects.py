@@ -15,7 +15,7 @@ _spec.loader.exec_module(fault_effects)
 
 
 def test_every_fault_and_every_option_has_its_picture():
-    assert sorted(fault.split()[0] for fault in fault_effects.FAULTS) == sorted(KINDS)
+    assert sorted(fault.split()[0] for fault in fault_effects.FAULTS) == sorted(set(KINDS) - fault_effects.NOT_DRIVEN)
     shown = {"%s.%s" % (section, name) for section, values in fault_effects.OPTIONS for name in values}
     assert shown == {name for name in LEGAL if name.startswith(("wheels.", "sonar."))}
 

@@ -100,7 +100,8 @@ class Scene:
     """Two robots, and the messages about their faults."""
 
     def __init__(self):
-        self.links = [RobotLink(Firmware(find_model("p3dx-sh"), World("hall")), str(number)) for number in range(2)]
+        self.links = [RobotLink(Firmware(find_model("p3dx-sh"), World("hall"), arm=True), str(number))
+                      for number in range(2)]
         self.said = []
         self.faults = Faults(self.links, lambda time, sentence: self.said.append((time, sentence)))
 
@@ -194,6 +195,7 @@ EFFECTS = {
     "transducer 3": (lambda link: link.hardware.sonar.dead, set(), {3}),
     "gyro 90": (lambda link: link.hardware.gyro.drift, 0.0, math.pi / 2),
     "gripper": (lambda link: link.hardware.gripper.stuck, False, True),
+    "arm": (lambda link: link.hardware.arm.switched_on, True, False),
     "charger": (lambda link: link.hardware.charger.plugged_in, False, True),
 }
 

@@ -64,8 +64,8 @@ class CommandedRobot(RobotOnLine):
 
     def __init__(
         self, model: RobotModel, world: World, pose: Optional[Pose] = None, *, gripper: Optional[bool] = None,
-        rear_sonar: bool = True, name: str = "sim_0001", seed: int = 0, noise: Optional[float] = None,
-        numbers: Optional[RobotNumbers] = None, clock: Optional[Clock] = None,
+        arm: bool = False, rear_sonar: bool = True, name: str = "sim_0001", seed: int = 0,
+        noise: Optional[float] = None, numbers: Optional[RobotNumbers] = None, clock: Optional[Clock] = None,
     ):
         self.numbers = numbers or standard_numbers()
         super().__init__(name, clock or Clock(), self.numbers.session.host_baud)
@@ -77,6 +77,8 @@ class CommandedRobot(RobotOnLine):
         self.world = world
         self.hardware = Hardware(
             self.model, world, world.starts[0] if pose is None else pose, gripper, self.numbers, noise, seed)
+        if arm:
+            self.hardware.join_arm(self.numbers.arm)
         self.next_step_us += self.numbers.physics.step_us
         self.decoder = FrameDecoder()
         self.command_counts: CounterType[str] = Counter()
@@ -168,6 +170,8 @@ class CommandedRobot(RobotOnLine):
         self._forget_session()
         self.closed_sessions += 1
         self.hardware.motors.disable()
+        if self.hardware.arm is not None:
+            self.hardware.arm.close_session()
         self.hardware.sonar.switch(False, self.clock.now_us)
         self.hardware.reset_parameters()
 

@@ -11,6 +11,7 @@ from typing import Any, Callable, Dict, NamedTuple, Optional
 from ...p2os import BAUD_RATES, GripperCommand, two_bytes
 from ..hardware import Hardware
 from ..hardware.accessories import GYRO_OF_CLIENT
+from ..hardware.arm import PioneerArm
 from ..hardware.gripper import ParallelGripper
 from . import reports
 from .commanded_robot import CommandedRobot
@@ -247,6 +248,56 @@ GRIPPER_ACTIONS: Dict[int, Callable[[ParallelGripper], None]] = {
     GripperCommand.HALT: ParallelGripper.halt,
 }
 
+# -- the arm
+
+ALL_JOINTS = range(6)
+
+
+def arm(act: Callable[[PioneerArm, int], None], does: str, legal: range = AT_LEAST_0) -> Handler:
+    """Return the row of a command to the arm.
+
+    Args:
+        act: function that obeys the command. It gets the arm and the value.
+        does: description of the command's effect on a robot with an arm, for the documentation.
+        legal: legal numbers. Other numbers are ignored.
+    """
+    def obey(robot: CommandedRobot, value: int) -> None:
+        fitted = robot.hardware.arm
+        if fitted is not None:
+            act(fitted, value)
+    return Handler(int, obey, NOT_PSOS, does, legal)
+
+
+def arm_alone(act: Callable[[PioneerArm], None], does: str) -> Handler:
+    """Return the row of a command to the arm that has no value; see `arm`."""
+    return arm(lambda fitted, _: act(fitted), does)._replace(value=None)
+
+
+def joints_of(number: int) -> range:
+    """Return the indices of the joints that a number of ARM_HOME and ARM_STOP means: all if it is above 6.
+
+    Source: arm sheet 14.
+    """
+    return range(number - 1, number) if number <= len(ALL_JOINTS) else ALL_JOINTS
+
+
+def arm_pair(act: Callable[[PioneerArm, int, int], None], does: str) -> Handler:
+    """Return the row of a command whose high byte is a joint, and whose low byte is for `act`; see `arm`."""
+    def obey(fitted: PioneerArm, value: int) -> None:
+        joint, number = (byte & 0xFF for byte in two_bytes(value))
+        if joint - 1 in ALL_JOINTS:
+            act(fitted, joint - 1, number)
+    return arm(obey, does)
+
+
+def arm_info(robot: CommandedRobot, _: Any) -> None:
+    """Execute command ARM_INFO: send ARMINFOpac, at once if there is no arm, else with the next SIP."""
+    if robot.hardware.arm is None:
+        robot.send(reports.NO_ARM_INFO)
+    else:
+        robot.request("arm_info", 1)
+
+
 # -- safety and tuning
 
 
@@ -428,11 +479,36 @@ HANDLERS: Dict[str, Handler] = {
                        "Encoder ticks per mm. With a greater number, the robot drives farther for the same distance.",
                        AT_LEAST_1),
     "DRIFTFACTOR": setting("drift_factor", ARCOS, range(-0x7FFF, 0x8000)),
-    "ARM_INFO": Handler(None, lambda robot, _: robot.send(reports.NO_ARM_INFO), NOT_PSOS, "Send ARMINFOpac: no arm."),
-    "ARM_STATUS": request("arm", "ARMpac (no arm)", NOT_PSOS),
+    "ARM_INFO": Handler(None, arm_info, NOT_PSOS,
+                        "Send ARMINFOpac: `No arm` at once, or that of the arm behind the next SIP."),
+    "ARM_STATUS": request("arm", "ARMpac (all zero without an arm)", NOT_PSOS),
+    "ARM_INIT": arm_alone(PioneerArm.init,
+                          "Where an arm is fitted: servo power off, speeds as at power-on, and the arm's controller is"
+                          " found again. It takes 0.7 s, in which the arm obeys no command. Without an arm: nothing, as"
+                          " all commands to it."),
+    "ARM_CHECK": arm_alone(PioneerArm.check, "For 0.2 s the arm obeys nothing but ARM_STOP."),
+    "ARM_POWER": arm(lambda fitted, on: fitted.power(on != 0),
+                     "1: servo power on, unless the arm's controller does not answer. 0: off; an arm that is not at"
+                     " home falls down."),
+    "ARM_HOME": arm(lambda fitted, number: fitted.go_home(joints_of(number)),
+                    "Move a joint (1 to 6) home, or all joints (any larger number), these at a safe speed. Needs servo"
+                    " power.", AT_LEAST_1),
+    "ARM_PARK": arm_alone(PioneerArm.go_park, "Move all joints home, then switch the servo power off."),
+    "ARM_POS": arm_pair(PioneerArm.move,
+                        "Move a joint (high byte) to this tick (low byte), clipped to its range. Needs servo power."),
+    "ARM_SPEED": arm_pair(PioneerArm.set_speed,
+                          "Time of one tick (ms, low byte, clipped to 1 to 127) of a joint (high byte). It is no less"
+                          " than 2 ms times the number of joints that move."),
+    "ARM_STOP": arm(lambda fitted, number: fitted.stop(joints_of(number)),
+                    "Stop a joint (1 to 6), or all joints (any larger number), with servo power on.", AT_LEAST_1),
+    "ARM_AUTOPARK": arm(PioneerArm.set_autopark,
+                        "Park after so many seconds without a command to the arm other than 70 and 71. 0: never. At"
+                        " power-on `arm.autopark_s`."),
+    "ARM_GRIPPARK": arm(PioneerArm.set_grippark,
+                        "Open an arm's gripper that was closed for so many seconds. 0: never. At power-on"
+                        " `arm.grippark_s`."),
 }
 
-_NO_ARM = "no arm is fitted"
 _NO_SUPPLY = "there are no supplies to switch"
 _OTHER_ROBOT = "only robots that are not Pioneers know it, and what they have beyond a Pioneer is not simulated"
 
@@ -448,9 +524,6 @@ IGNORED: Dict[str, str] = {
     "POWER_PC": _NO_SUPPLY, "POWER_LRF": _NO_SUPPLY, "POWER_5V": _NO_SUPPLY, "POWER_12V": _NO_SUPPLY,
     "MAINTENANCE": "it would make the robot ignore all commands until somebody opens it, which is of no use for a"
                    " simulated robot",
-    "ARM_INIT": _NO_ARM, "ARM_CHECK": _NO_ARM, "ARM_POWER": _NO_ARM, "ARM_HOME": _NO_ARM, "ARM_PARK": _NO_ARM,
-    "ARM_POS": _NO_ARM,
-    "ARM_SPEED": _NO_ARM, "ARM_STOP": _NO_ARM, "ARM_AUTOPARK": _NO_ARM, "ARM_GRIPPARK": _NO_ARM,
     "LATVEL": _OTHER_ROBOT, "LATACCEL": _OTHER_ROBOT, "RECENTERWHEELS": _OTHER_ROBOT,
     "ROTVEL_CLOSEDLOOP_ENABLE": _OTHER_ROBOT,
     "ACCELINFO": _OTHER_ROBOT, "TORQUEINFO": _OTHER_ROBOT, "HEADINGINFO": _OTHER_ROBOT,

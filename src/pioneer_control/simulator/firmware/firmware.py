@@ -28,6 +28,7 @@ class Firmware(CommandedRobot):
         world: world in which the robot stands.
         pose: start pose (m, rad; map frame). The first start of the world if None.
         gripper: whether the robot has a gripper. If None, ``robot.yaml`` decides by the model.
+        arm: whether the robot has a Pioneer Arm.
         rear_sonar: whether the rear sonar array is fitted.
         name: name of the robot, which it sends in its answer to SYNC2.
         seed: seed of the sonar noise and of the wheels' slip and noise.
@@ -49,7 +50,8 @@ class Firmware(CommandedRobot):
         baud: see `RobotOnLine`, as for `session`, `closed_sessions` and `next_step_us`.
 
     Raises:
-        ParameterError: the model cannot carry a gripper, the robot overlaps an obstacle, or the noise is negative.
+        ParameterError: the model cannot carry a gripper, the arm's auxiliary port has a device already, the robot
+            overlaps an obstacle, or the noise is negative.
     """
 
     def receive(self, data: bytes) -> None:

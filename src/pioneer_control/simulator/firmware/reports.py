@@ -48,6 +48,7 @@ FLAGS = tuple(map(int, (
     Flags.MOTORS_ENABLED, Flags.SONAR_1, Flags.SONAR_2, Flags.SONAR_3, Flags.SONAR_4, Flags.STOP_BUTTON, Flags.E_STALL,
     Flags.CHARGER_POWER, Flags.JOYSTICK_BUTTON,
 )))
+JOINT_BITS = tuple(1 << joint for joint in range(6))
 MOVING_SWITCHES = int(GripperSwitches.PADDLES_MOVING), int(GripperSwitches.LIFT_MOVING)
 UNDERVOLTAGE = int(FaultFlags.UNDERVOLTAGE)
 OLDER_ANALOG = frozenset(["PSOS", "P2OS", "AmigOS", "AROS"])
@@ -253,6 +254,29 @@ NO_ARM = p2os.Arm(status_bits=0, motion_bits=0, positions=(0,) * 6)
 NO_ARM_INFO = p2os.ArmInfo("No arm", ())
 
 
+def arm(hardware: Hardware) -> p2os.Arm:
+    """Return ARMpac, in the layout of the arm's numbers (arm sheet 13). It is all zero without an arm."""
+    fitted = hardware.arm
+    if fitted is None:
+        return NO_ARM
+    motion = _bits(JOINT_BITS, tuple(fitted.moving))
+    if fitted.numbers.layout == "M":
+        first, second = _bits(JOINT_BITS, (fitted.powered, fitted.linked)), motion
+    else:
+        first, second = motion, _bits(JOINT_BITS, (fitted.linked, fitted.linked, fitted.powered, fitted.homing))
+    return p2os.Arm(first, second, tuple(servo.position for servo in fitted.servos))
+
+
+def arm_info(hardware: Hardware) -> p2os.ArmInfo:
+    """Return ARMINFOpac."""
+    fitted = hardware.arm
+    if fitted is None:
+        return NO_ARM_INFO
+    return p2os.ArmInfo(fitted.numbers.version, tuple(
+        p2os.ArmJoint(servo.speed_ms, servo.home, servo.minimum, servo.centre, servo.maximum, servo.ticks_per_90)
+        for servo in fitted.servos))
+
+
 def battery_info(hardware: Hardware) -> p2os.BatteryInfo:
     """Return the packet that answers command BATTERYINFO: one battery and its charge (percent)."""
     percent = round(hardware.battery.charge * 100.0)
@@ -300,7 +324,8 @@ def config(hardware: Hardware, name: str, numbers: RobotNumbers, settings: Dict[
 
 PACKETS: Mapping[str, Callable[[Hardware], object]] = {
     "gyro": gyro, "joystick": joystick, "sip": sip, "encoder": encoder, "gripper": gripper, "io": io,
-    "battery": battery_info, "compass": tcm2, "arm": lambda hardware: NO_ARM,
+    "battery": battery_info, "compass": tcm2, "arm": arm,
+    "arm_info": arm_info,
 }
 """Functions that make the SIP and the packets that a client can request, in the order in which they are sent."""
 

@@ -8,6 +8,7 @@ move together in fixed time steps.
 ``sonar``          which transducer fires when, and which range it measures
 ``gripper``        two paddles on a lift, with beams and contacts
 ``battery``        battery voltage, charger and docks
+``arm``            the Pioneer Arm: six servos and their server
 ``accessories``    gyro, compass, joystick, user inputs and outputs, serial ports
 ``camera``         a camera that turns, at a serial port
 ``robot_numbers``  the parameters of all these devices, from ``robot.yaml`` or a user's file

@@ -8,6 +8,7 @@ import math
 from dataclasses import dataclass
 from typing import Callable, Deque, List, Optional, Protocol, Tuple
 
+from ...errors import ParameterError
 from .drives import Drives
 from .robot_numbers import CompassNumbers, GyroNumbers, JoystickNumbers
 
@@ -207,6 +208,9 @@ class UserPorts:
 class JoinedDevice(Protocol):
     """A device at an auxiliary port that moves by itself: a camera, an arm."""
 
+    device_name: str
+    """What it is, with its article, for people."""
+
     def step(self, now_us: int) -> None:
         """Let time pass until ``now_us`` (simulated time, microseconds)."""
 
@@ -227,6 +231,17 @@ class AuxPort:
         self.device: Optional[Callable[[bytes], bytes]] = None
         self.joined: Optional[JoinedDevice] = None
         self.reset()
+
+    def join(self, device: JoinedDevice, number: int) -> None:
+        """Connect a device that moves by itself to this port, which is AUX`number`.
+
+        Raises:
+            ParameterError: there is a device already.
+        """
+        if self.joined is not None:
+            raise ParameterError("AUX%d has %s already: %s needs another auxiliary port (robot.yaml says which)"
+                                 % (number, self.joined.device_name, device.device_name))
+        self.joined = device
 
     def reset(self) -> None:
         """Drop all bytes in the buffer and the client's request for bytes, as at power-on."""

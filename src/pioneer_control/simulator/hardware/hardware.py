@@ -11,11 +11,12 @@ from ...robots import RobotModel
 from ..world.poses import Pose
 from ..world.world import World
 from .accessories import GYRO_OF_CLIENT, AuxPort, Compass, JoystickDrive, JoystickState, RateGyro, UserPorts
+from .arm import PioneerArm
 from .battery import BatteryPack, Charger
 from .body import Body, BumperRing
 from .drives import Drives, MotorPower, Stall
 from .gripper import ParallelGripper
-from .robot_numbers import RobotNumbers
+from .robot_numbers import ArmNumbers, RobotNumbers
 from .sonar import Sonar
 from .wheels import DeadReckoning, WheelErrors, Wheels
 
@@ -129,6 +130,20 @@ class Hardware:
     def heading_goal(self) -> float:
         """The heading (rad, odometry frame) to which the robot turns. Its present heading while it has no such goal."""
         return self.odometry.pose[2] + (self.drives.angular.remaining or 0.0)
+
+    @property
+    def arm(self) -> Optional[PioneerArm]:
+        """The arm. None if the robot has no arm."""
+        return next((port.joined for port in self.aux if isinstance(port.joined, PioneerArm)), None)
+
+    def join_arm(self, numbers: ArmNumbers) -> None:
+        """Fit an arm. Raises ParameterError when there is a device at its auxiliary port already."""
+        self.aux[numbers.aux - 1].join(PioneerArm(numbers), numbers.aux)
+
+    def switch_arm(self, on: bool) -> None:
+        """Turn the switch of the arm on or off. Without an arm, do nothing."""
+        if self.arm is not None:
+            self.arm.switch(on)
 
     def allow_joystick(self, allowed: bool) -> None:
         """Set whether a joystick may drive the robot."""

@@ -23,6 +23,26 @@ class Subtypes(NamedTuple):
         return tuple(Text().accept(each) for each in (value if isinstance(value, list) else [None]))
 
 
+class WholeList(NamedTuple):
+    """Checks a list of ``length`` whole numbers, each in [low, high]."""
+
+    length: int
+    low: int
+    high: int
+
+    @property
+    def legal(self) -> str:
+        """The description of the legal lists, for people."""
+        return "a list of %d whole numbers from %d to %d" % self
+
+    def accept(self, value: Any) -> Tuple[int, ...]:
+        """Return the numbers. Raise ValueError if the value is not such a list."""
+        if not isinstance(value, list) or len(value) != self.length:
+            raise ValueError
+        return tuple(map(Whole(self.low, self.high).accept, value))
+
+
+TICKS = WholeList(6, 0, 255)
 LEGAL: Mapping[str, Any] = {
     "session.host_baud": Choice(tuple(BAUD_RATES)),
     "gyro.kind": Whole(0, 2),
@@ -35,6 +55,13 @@ LEGAL: Mapping[str, Any] = {
     "sonar.cone_deg": Whole(1, 90),
     "sonar.specular_deg": Whole(1, 90),
     "sonar.noise": Number(0, 1),
+    "arm.layout": Choice(("A", "M")),
+    "arm.aux": Whole(1, 3),
+    "arm.speed_ms": WholeList(6, 1, 127),
+    "arm.safe_speed_ms": Whole(1, 127),
+    "arm.autopark_s": Whole(0, 65535),
+    "arm.grippark_s": Whole(0, 65535),
+    **dict.fromkeys(("arm.home", "arm.minimum", "arm.centre", "arm.maximum", "arm.ticks_per_90_deg"), TICKS),
 }
 """Checks of some values. The type of the value in ``robot.yaml`` decides the check of all others; see `LEGAL_BY_TYPE`.
 """
@@ -166,6 +193,25 @@ class BatteryNumbers:
 
 
 @dataclass(frozen=True)
+class ArmNumbers:
+    """Section ``arm`` of ``robot.yaml``. Lists have one value for each joint."""
+
+    layout: str
+    aux: int
+    version: str
+    linked_at_power_on: bool
+    speed_ms: Tuple[int, ...]
+    home: Tuple[int, ...]
+    minimum: Tuple[int, ...]
+    centre: Tuple[int, ...]
+    maximum: Tuple[int, ...]
+    ticks_per_90_deg: Tuple[int, ...]
+    safe_speed_ms: int
+    autopark_s: int
+    grippark_s: int
+
+
+@dataclass(frozen=True)
 class RobotNumbers:
     """All sections of ``robot.yaml``. Comments in that file explain each number."""
 
@@ -179,6 +225,7 @@ class RobotNumbers:
     sonar: SonarNumbers
     gripper: GripperNumbers
     battery: BatteryNumbers
+    arm: ArmNumbers
 
 
 def load_numbers(override_file: Optional[str] = None, real_seed: Optional[int] = None) -> RobotNumbers:
@@ -201,8 +248,13 @@ def load_numbers(override_file: Optional[str] = None, real_seed: Optional[int] =
                 raise ParameterError("%s: no section %r; there are %s" % (override_file, section, ", ".join(values)))
             for name, value in entries.items():
                 values[section][name] = _checked(override_file, section, name, value, values[section])
-    values["gripper"]["fitted_by_default"] = tuple(values["gripper"]["fitted_by_default"])
-    return RobotNumbers(**{name: kind(**values[name]) for name, kind in get_type_hints(RobotNumbers).items()})
+    return RobotNumbers(**{name: kind(**_with_tuples(values[name]))
+                           for name, kind in get_type_hints(RobotNumbers).items()})
+
+
+def _with_tuples(entries: Mapping[str, Any]) -> Dict[str, Any]:
+    """Return a section with tuples in place of its lists: nobody can change them."""
+    return {name: tuple(value) if isinstance(value, list) else value for name, value in entries.items()}
 
 
 @functools.lru_cache(maxsize=None)

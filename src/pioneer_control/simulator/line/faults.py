@@ -85,6 +85,8 @@ KINDS: Dict[str, Kind] = {kind.name: kind for kind in (
          lambda link, values: link.hardware.gyro.set_drift(_radians_together(values))),
     Kind("gripper", None, "", "stuck: neither paddles nor lift move",
          lambda link, values: link.hardware.jam_gripper(bool(values))),
+    Kind("arm", None, "", "the switch of the arm is off; on again when the fault ends, but the arm needs ARM_INIT then",
+         lambda link, values: link.hardware.switch_arm(not values)),
     Kind("charger", None, "", "not a fault: a charger is plugged in",
          lambda link, values: link.hardware.charger.plug(bool(values))),
     Kind("carry", Numbers(3, -1e6, 1e6), "m, m, deg",
