@@ -8,6 +8,7 @@ The folders:
 ``laser``      finds such a laser, configures it, and hears its scans
 ``vcc4``       the protocol of Canon's cameras VC-C4 and VC-C50i, in the same way
 ``ptz``        starts such a camera, turns it, and knows where it looks
+``arm``        the Pioneer Arm: finds it, what moves it, and where its gripper is (no ROS)
 ``robots``     the properties of each robot model, in one data file
 ``client``     drive a robot from plain Python over a serial port, TCP or a WebSocket
 ``driver``     the ROS node around the client

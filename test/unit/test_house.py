@@ -40,12 +40,14 @@ ROOMS = {
     "vcc4": {"wire_fields"},
     # client: the line of the robot, and ports
     "ptz": {"p2os", "vcc4", "client"},
+    # client: the levels of diagnostics
+    "arm": {"p2os", "client"},
     "robots": {"p2os", "parameters"},
     "client": {"port_url", "wire_fields", "p2os", "robots"},
     "maps": {"floor_poses", "parameters", "whole_file"},
     "navigation": {"floor_poses", "maps", "message_values", "parameters", "robots"},
     "driver": {"message_values", "standard_messages", "parameters", "port_url", "ros_node", "diagnostics_thread",
-               "p2os", "robots", "client", "vcc4", "ptz", "msg"},
+               "p2os", "robots", "client", "vcc4", "ptz", "arm", "msg"},
     "simulator": {"message_values", "parameters", "ros_node", "pictures", "maps", "wire_fields", "p2os", "lms2xx",
                   "vcc4", "robots"},
     # robots: the outline, where a driver does not tell it
