@@ -16,7 +16,7 @@ from pioneer_control.client.line import LONGEST_QUEUE
 from pioneer_control.client.threads import BACK_OFF
 from pioneer_control.client.tuning import ROWS
 from pioneer_control.driver import notices
-from pioneer_control.driver.parameters import TUNING, DriverParameters, check_parameters
+from pioneer_control.driver.parameters import TUNING, DriverParameters, PlaceOrNone, check_parameters
 from pioneer_control.laser.parameters import LaserParameters, Mounting, check_laser_parameters
 from pioneer_control.lms2xx import SPEEDS, VARIANTS, scan_time
 from pioneer_control.navigation.node.parameters import NavigationParameters, PlaceOrNothing
@@ -33,7 +33,8 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *DOCS.glob("*.md")])
 TYPES = {Number: "number", Rate: "number", Whole: "integer", Numbers: "list", Switch: "bool", AutoSwitch: "bool, text",
-         Text: "text", PlaceOrNothing: "list, text", Mounting: "list, text"}
+         Text: "text", PlaceOrNothing: "list, text", Mounting: "list, text",
+         PlaceOrNone: "list, text"}
 
 
 def read(path: pathlib.Path) -> str:
@@ -56,7 +57,7 @@ def parameter_row(entry: dataclasses.Field) -> List[str]:
     kind, unit, meaning, live = (entry.metadata[key] for key in ("kind", "unit", "meaning", "live"))
     default = entry.default
     if default is None:
-        default = "" if isinstance(kind, (PlaceOrNothing, Mounting)) else "auto"
+        default = "" if isinstance(kind, (PlaceOrNothing, Mounting, PlaceOrNone)) else "auto"
     if isinstance(default, tuple):
         default = list(default)
     if isinstance(kind, Choice):

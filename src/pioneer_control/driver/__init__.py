@@ -8,6 +8,7 @@
 ``prompt.py``         publishes messages with less delay than rospy; you can skip it
 ``wire_topic.py``     publishes every byte on the line to the robot
 ``requests.py``       the tables of all subscribers and services, and the methods that obey them
+``ptz_topics.py``     the topics and services of a camera that turns
 ``helm_topic.py``     publishes who may command
 ``commands.py``       checks messages to the motors and the gripper
 ``accelerations.py``  accelerations that a program borrows

@@ -7,7 +7,7 @@ from time import monotonic
 from typing import Callable, Mapping
 
 from ..client import Event, HelmState, LinkCounts, RobotState
-from ..client.health import TASKS, Health
+from ..client.health import TASKS, Finding, Health
 from ..client.ports import is_serial
 from ..diagnostics_thread import DiagnosticsThread
 
@@ -22,12 +22,17 @@ class Diagnostics(DiagnosticsThread):
         obstacles: what to tell people about a lock, and about an input that has the helm: sentences by its name.
         link: a function that returns the counters of the link.
         helm: a function that returns who may command.
+        devices: tasks of devices on the robot: functions that return the finding, by the task.
     """
 
     def __init__(self, port: str, baud: int, how_to_enable: str, obstacles: Mapping[str, str],
-                 link: Callable[[], LinkCounts], helm: Callable[[], HelmState]) -> None:
+                 link: Callable[[], LinkCounts], helm: Callable[[], HelmState],
+                 devices: Mapping[str, Callable[[], Finding]] = {}) -> None:
         health = self._health = Health(port, baud if is_serial(port) else None, how_to_enable, obstacles)
-        super().__init__(TASKS, lambda: health.report(monotonic(), link(), helm()), lambda: health.hardware_id)
+        super().__init__(
+            (*TASKS, *devices),
+            lambda: {**health.report(monotonic(), link(), helm()), **{task: find() for task, find in devices.items()}},
+            lambda: health.hardware_id)
 
     def state(self, state: RobotState) -> None:
         """Take a state of the robot (one for each SIP). Publish soon when a level changes."""

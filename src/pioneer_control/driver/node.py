@@ -12,6 +12,7 @@ reconnect. Whenever the node ends, it stops the robot, switches the motors off a
 safety are in the client and use monotonic time.
 """
 
+import contextlib
 from time import monotonic
 from typing import Any, Callable, Dict, Mapping
 
@@ -20,7 +21,8 @@ import rospy
 from ..client import (BaudFound, CommandTimedOut, LineSpeed, LinkDown, MotionCleared, MotorsAnswered, Ready, Robot,
                       StatesMissed, SteeredRobot, Tuned, Unmoved)
 from ..client.alarms import unmoved
-from ..errors import PortError
+from ..client.line_devices import LineDevices
+from ..errors import PioneerError, PortError
 from ..port_url import without_key
 from ..ros_node import START_GRACE, init_node, run_device
 from .accelerations import BorrowedAccelerations
@@ -29,10 +31,19 @@ from .helm_topic import HelmPublisher
 from .notices import Throttle, Watch
 from .parameters import BY_HAND, TUNING, DriverParameters, check_parameters
 from .prompt import send_promptly
+from .ptz_topics import TASK as CAMERA_TASK
+from .ptz_topics import camera_topics
 from .publications import Publications
 from .reconfigure import Reconfiguration
 from .requests import STOP_ALL, Requests
 from .wire_topic import WirePublisher
+
+ENDING = "ending"
+"""The lock that is set while devices on the robot come to rest at the end."""
+WHEELS_STAND = 1.0
+"""The longest time (s) that the wheels have to come to rest before these devices, and the motors to go off."""
+DEVICES_REST = 3.0
+"""The longest time (s) that these devices have."""
 
 
 class DriverNode:
@@ -46,11 +57,14 @@ class DriverNode:
         obstacles = {
             STOP_ALL: "%s is set, and nothing may move; to take it away: rostopic pub -1 %s std_msgs/Bool false"
                       % (STOP_ALL, rospy.resolve_name(STOP_ALL)),
+            ENDING: "the driver is about to end, and nothing may move",
             BY_HAND: "a person has the helm (%s); programs may command again after: rosservice call %s"
                      % (BY_HAND, rospy.resolve_name("teleop/release")),
         }
+        self._camera = camera_topics(parameters, lambda: self._steered.state().locks)
         self._diagnostics = Diagnostics(without_key(parameters.port), parameters.baud, how_to_enable, obstacles,
-                                        lambda: self._robot.link, lambda: self._steered.state())
+                                        lambda: self._robot.link, lambda: self._steered.state(),
+                                        {} if self._camera is None else {CAMERA_TASK: self._camera.finding})
         self._asked_to_end = False
         self._started = monotonic()
         self._publications = Publications(parameters, lambda kind, on: self._robot.request_data(kind, on))
@@ -80,6 +94,10 @@ class DriverNode:
         self._borrowed = BorrowedAccelerations(parameters.tuning, self._robot.tune)
         self._robot.listen(lambda state: self._put_back_accelerations())
         self._requests = Requests(parameters, self._robot, self._steered, self._watch, self._borrowed, self._warn)
+        self._devices = LineDevices(self._robot, [] if self._camera is None else self._camera.aux,
+                                    self._devices_changed)
+        if self._camera is not None:
+            self._robot.listen(self._camera.state)
         # For each type of event of the link: the method that informs the user.
         self._reactions: Dict[type, Callable[[Any], None]] = {
             Ready: self._welcome,
@@ -113,6 +131,9 @@ class DriverNode:
             self._robot.start()
             self._diagnostics.start()
             self._helm.start(self._steered)
+            self._devices.start()
+            if self._camera is not None:
+                self._camera.start(self._devices.using, self._requests)
             Reconfiguration(self._parameters, self._reconfigure)
             self._robot.wait_until_ended()
         finally:
@@ -128,12 +149,35 @@ class DriverNode:
         This method does not wait until the connection to the robot is closed. `run` does.
         """
         self._asked_to_end = True
+        self._rest_devices()
         self._robot.close(wait=False)
         self._diagnostics.stop()
         self._publications.close()
         self._helm.close()
         if self._wire is not None:
             self._wire.close()
+
+    def _rest_devices(self) -> None:
+        """Bring devices on the robot to rest: first the wheels stand and the motors are off, then each has its time.
+
+        Without a device that acts at the end, this does nothing and takes no time.
+        """
+        if self._camera is None or not self._camera.acts_at_end:
+            return
+        self._steered.lock(ENDING)
+        with contextlib.suppress(PioneerError):
+            self._robot.stop()
+            until = monotonic() + WHEELS_STAND
+            while self._robot.wait_for_state().moving and monotonic() < until:
+                pass
+            self._steered.request_motors(False, WHEELS_STAND)()
+        self._devices.end(DEVICES_REST)
+        self._camera.end(DEVICES_REST)
+        self._devices.close()
+
+    def _devices_changed(self) -> None:
+        if self._camera is not None:
+            self._camera.changed()
 
     def _reconfigure(self, parameters: DriverParameters) -> None:
         """Put new values into effect for the parameters that may change while the driver runs."""

@@ -3,13 +3,17 @@
 Each field is one private parameter, with its default, the legal values, the unit and the meaning.
 """
 
+import math
 from dataclasses import dataclass, fields, replace
-from typing import Any, Dict, List, Mapping, Optional, Tuple
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Tuple
 
 from ..client import Tuning, VelocityInput
 from ..errors import ParameterError
 from ..p2os import BAUD_RATES
 from ..parameters import AutoSwitch, Choice, Number, Numbers, Rate, Switch, Text, Whole, check, check_old, parameter
+from ..ptz import Cabling, CameraSettings
+from ..ptz.view import TELE_DEG, WIDE_DEG, Place3
+from ..vcc4 import CAMERA_MODELS, count_of
 
 GAIN = Whole(-1, 65535)
 NO_DRIFT_GIVEN = -32768
@@ -55,6 +59,20 @@ TUNING = {
 
 When a parameter has its default value, the robot keeps its own value.
 """
+
+
+class PlaceOrNone(NamedTuple):
+    """Checks a parameter that says where something stands: x, y, z (m, base_link), or an empty text for nowhere."""
+
+    legal: str = "three numbers, as a list: x, y, z; or an empty text"
+
+    def accept(self, value: Any) -> Optional[Place3]:
+        """Return the place, or None for an empty text. Raise ValueError if the value is neither."""
+        if isinstance(value, str):
+            if not value.strip():
+                return None
+            value = [float(word) for word in value.strip("[] ").split(",")]
+        return Place3(*Numbers(3, -1e3, 1e3).accept(value))
 
 
 @dataclass(frozen=True)
@@ -108,6 +126,22 @@ class DriverParameters:
     publish_wire: bool = parameter(False, Switch(), "publish every byte of the robot's line, both ways, on wire")
     sonar_no_echo: str = parameter("inf", Choice(("inf", "max")),
                                    "range in sonar_ranges when nothing is in sight: inf or max")
+    ptz: str = parameter("none", Choice(("none", *CAMERA_MODELS)), "camera that turns; it is switched on and"
+                         " initialised when the robot is found")
+    ptz_port: str = parameter("aux1", Text(), "where the camera is: aux1 to aux3 of the robot, a serial device, or"
+                              " socket://host:port")
+    ptz_cabling: str = parameter("auto", Choice(tuple(each.value for each in Cabling)), "whether the camera's answers"
+                                 " arrive: auto: find out")
+    ptz_inverted: bool = parameter(False, Switch(), "the camera hangs upside down")
+    ptz_power_off_at_end: bool = parameter(False, Switch(), "the camera goes home and is switched off when the driver"
+                                           " ends")
+    ptz_pan_speed: float = parameter(1.57, Number(0.016, 1.571), "speed of the camera to the sides", "rad/s")
+    ptz_tilt_speed: float = parameter(1.204, Number(0.016, 1.221), "speed of the camera up and down", "rad/s")
+    ptz_place: Optional[Place3] = parameter(None, PlaceOrNone(), "where the camera stands: tf from base_link_frame_id"
+                                            " to ptz_base_link and camera; empty: no tf", "m")
+    ptz_fov_wide: float = parameter(WIDE_DEG, Number(1.0, 120.0), "horizontal field of view at zoom 0, for ptz_view",
+                                    "deg")
+    ptz_fov_tele: float = parameter(TELE_DEG, Number(0.1, 120.0), "the same at the other end, zoom 1960", "deg")
     pose_covariance_moving: Variances = parameter((1e-3, 1e-3, UNKNOWN, UNKNOWN, UNKNOWN, 1e-2), VARIANCES,
                                                   "of pose, while the robot moves")
     pose_covariance_still: Variances = parameter((1e-3, 1e-3, UNKNOWN, UNKNOWN, UNKNOWN, 1e-2), VARIANCES,
@@ -129,6 +163,15 @@ class DriverParameters:
         """The values to set in the robot itself. None for a value that the robot keeps."""
         return Tuning(**{name: getattr(self, ours) for ours, name in TUNING.items()
                          if getattr(self, ours) != getattr(DriverParameters, ours)})
+
+    @property
+    def camera(self) -> Optional[CameraSettings]:
+        """The settings of the camera. None without one."""
+        if self.ptz == "none":
+            return None
+        speeds = (count_of(math.degrees(speed)) for speed in (self.ptz_pan_speed, self.ptz_tilt_speed))
+        return CameraSettings(self.ptz, Cabling(self.ptz_cabling), self.ptz_inverted, self.ptz_power_off_at_end,
+                              *speeds)
 
     @property
     def odom_frame(self) -> str:

@@ -7,7 +7,7 @@ import math
 from functools import partial
 from operator import attrgetter
 from time import monotonic
-from typing import Any, Callable, Mapping, NamedTuple
+from typing import Any, Callable, Iterable, List, Mapping, NamedTuple, Optional
 
 import rospy
 from geometry_msgs.msg import Twist
@@ -62,11 +62,25 @@ class Requests:
         self._warn = warn
         self._senders = Senders(watch)
         self._switch_on = parameters.enable_motors_on_start     # the motors, with the first connection
-        for topic in TOPICS:
-            rospy.Subscriber(topic.name, topic.message, partial(self._hear, topic), queue_size=topic.queue,
+        self._halts: List[Callable[[], None]] = []
+        self.offer(self, TOPICS, SERVICES)
+
+    def offer(self, owner: Any, topics: Iterable["SubscribedTopic"], services: Iterable["OfferedService"],
+              halt: Optional[Callable[[], None]] = None) -> None:
+        """Subscribe to topics and offer services that an object obeys.
+
+        Args:
+            owner: the object: the first argument of all methods of the rows.
+            topics, services: the rows.
+            halt: called when a lock is set; it makes stand what the object moves. None if it moves nothing else.
+        """
+        for topic in topics:
+            rospy.Subscriber(topic.name, topic.message, partial(self._hear, owner, topic), queue_size=topic.queue,
                              tcp_nodelay=True)
-        for service in SERVICES:
-            rospy.Service(service.name, service.kind, partial(self._serve, service))
+        for service in services:
+            rospy.Service(service.name, service.kind, partial(self._serve, owner, service))
+        if halt is not None:
+            self._halts.append(halt)
 
     def connected(self) -> None:
         """React to a new connection to the robot.
@@ -120,6 +134,8 @@ class Requests:
         """Obey stop_all: true stops the robot and locks it, false takes the lock away."""
         was_set = STOP_ALL in self._steered.state().locks
         (self._steered.lock if message.data else self._steered.unlock)(STOP_ALL)
+        for halt in self._halts if message.data else ():
+            halt()
         if message.data and not was_set:
             rospy.logwarn("%s is set by %s: the robot stands until it is taken away", topic, sender)
         elif was_set and not message.data:
@@ -187,7 +203,7 @@ class Requests:
 
     # The callbacks of the subscribers and services.
 
-    def _hear(self, topic: "SubscribedTopic", message: Any) -> None:
+    def _hear(self, owner: Any, topic: "SubscribedTopic", message: Any) -> None:
         """Obey a message on a topic, or log why not.
 
         Messages from a bag player (`rosbag play`) are refused, but a lock counts from wherever it comes.
@@ -201,11 +217,11 @@ class Requests:
                 self._warn(why_not)
                 return
         try:
-            topic.obey(self, topic.name, message, sender)
+            topic.obey(owner, topic.name, message, sender)
         except PioneerError as error:
             self._warn({topic.name: str(error)})
 
-    def _serve(self, service: "OfferedService", request: Any) -> Any:
+    def _serve(self, owner: Any, service: "OfferedService", request: Any) -> Any:
         """Obey a service request and return the response.
 
         If the robot does not do it, a response with the fields success and message has the reason. A service type
@@ -214,7 +230,7 @@ class Requests:
         response = vars(service.kind)["_response_class"]
         tells = "success" in response.__slots__
         try:
-            text = service.obey(self, request)
+            text = service.obey(owner, request)
         except PioneerError as error:
             if tells:
                 return response(False, str(error))
@@ -245,7 +261,8 @@ class SubscribedTopic(NamedTuple):
     name: str
     message: type
     queue: int
-    obey: Callable[[Requests, str, Any, str], None]
+    obey: Callable[[Any, str, Any, str], None]
+    """Obey a message. Its arguments are the owner (see `Requests.offer`), the topic, the message, and the sender."""
     stops: Callable[[Any], bool]
     """Return whether a message just stops the robot. Only such a message is obeyed when its sender may be a bag player.
     """
@@ -254,12 +271,12 @@ class SubscribedTopic(NamedTuple):
 class OfferedService(NamedTuple):
     """One row of the table SERVICES: the name and type of a service, and a function that obeys it.
 
-    The function returns the text of the answer.
+    The function gets the owner (see `Requests.offer`) and the request. It returns the text of the answer.
     """
 
     name: str
     kind: type
-    obey: Callable[[Requests, Any], str]
+    obey: Callable[[Any, Any], str]
 
 
 def _stands(twist: Twist) -> bool:

@@ -144,6 +144,9 @@ class CameraSession:
         self._check_ready("look")
         limits = self.ranges
         wanted = (max(limits[0][0], min(limits[0][1], pan)), max(limits[1][0], min(limits[1][1], tilt)))
+        under_way = self._wishes.turn is not None or "ASK_POSITION" in self._camera.watched
+        if wanted == self._commanded and (under_way or self._camera.position == self._turned(wanted)):
+            return      # a program that repeats itself must not stop the camera each time
         self._commanded = wanted
         self._wishes.turn = ("GO_TO", self._turned(wanted))
         self._wish(now)
@@ -151,8 +154,11 @@ class CameraSession:
     def zoom_to(self, zoom: int, now: float) -> None:
         """Go to a zoom step, 0 wide to 1960 tele; beyond to the ends. Raises RefusedError as `look` does."""
         self._check_ready("zoom")
-        self._zoom_commanded = max(0, min(ZOOM_MOST, zoom))
-        self._wishes.zoom = self._zoom_commanded
+        wanted = max(0, min(ZOOM_MOST, zoom))
+        under_way = self._wishes.zoom is not None or "ASK_ZOOM" in self._camera.watched
+        if wanted == self._zoom_commanded and (under_way or self._camera.zoom == wanted):
+            return
+        self._wishes.zoom = self._zoom_commanded = wanted
         self._wish(now)
 
     def home(self, now: float) -> None:

@@ -16,12 +16,14 @@ ASPECT = 3.0 / 4.0
 """Height of the picture for its width: an analogue one."""
 DRAWN = 1.0
 """Length (m) of the frustum that is drawn."""
+ABOVE_FOOT = 0.07
+"""Height (m) of the axes of a camera above its foot: by eye."""
 
 Point3 = Tuple[float, float, float]
 
 
 class Place3(NamedTuple):
-    """Where a camera stands: the crossing of its axes (m, base_link)."""
+    """Where the foot of a camera is (m, base_link)."""
 
     x: float
     y: float
@@ -51,23 +53,14 @@ def field_of_view(zoom: int, wide_deg: float = WIDE_DEG, tele_deg: float = TELE_
     return math.radians(wide_deg * (tele_deg / wide_deg) ** (zoom / ZOOM_MOST))
 
 
-def frustum(place: Place3, pan: float, tilt: float, width: float) -> List[Point3]:
-    """Return the corners of a camera's view (m, base_link): its place, then four at `DRAWN` m ahead.
+def frustum(width: float) -> List[Point3]:
+    """Return the corners of a view (m; x ahead, y left, z up): where it begins, then four at `DRAWN` m ahead.
 
-    These are upper left, upper right, lower right and lower left in the picture.
-
-    Args:
-        place: where it stands.
-        pan, tilt: angles of its joints (rad).
-        width: its horizontal field of view (rad).
+    These are upper left, upper right, lower right and lower left in the picture. ``width``: field of view (rad).
     """
     side = DRAWN * math.tan(width / 2.0)
-    corners = [tuple(place)]
-    for left, up in ((side, ASPECT * side), (-side, ASPECT * side), (-side, -ASPECT * side), (side, -ASPECT * side)):
-        ahead, height = (DRAWN * math.cos(tilt) + up * math.sin(tilt), up * math.cos(tilt) - DRAWN * math.sin(tilt))
-        corners.append((place.x + ahead * math.cos(pan) - left * math.sin(pan),
-                        place.y + ahead * math.sin(pan) + left * math.cos(pan), place.z + height))
-    return corners  # type: ignore[return-value]
+    up = ASPECT * side
+    return [(0.0, 0.0, 0.0), (DRAWN, side, up), (DRAWN, -side, up), (DRAWN, -side, -up), (DRAWN, side, -up)]
 
 
 def orientation(pan: float, tilt: float) -> Tuple[float, float, float, float]:

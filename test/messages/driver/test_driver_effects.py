@@ -13,6 +13,7 @@ from typing import Any, Callable, Mapping, NamedTuple, Optional
 
 import pytest
 from bottle import Bottle
+from test_driver_ptz import PTZ_EFFECTS
 from geometry_msgs.msg import Twist, Vector3
 
 from pioneer_control.driver.parameters import LIVE, DriverParameters
@@ -234,7 +235,7 @@ def test_a_live_parameter_has_its_effect_while_the_driver_runs(name):
 
 
 def test_every_parameter_has_an_effect():
-    assert set(EFFECTS) == {entry.name for entry in dataclasses.fields(DriverParameters)}
+    assert {*EFFECTS, *PTZ_EFFECTS} == {entry.name for entry in dataclasses.fields(DriverParameters)}
 
 
 @pytest.mark.parametrize("effect", [

@@ -7,6 +7,7 @@ import pytest
 
 from pioneer_control.driver.parameters import WITHOUT_EFFECT, DriverParameters, check_parameters
 from pioneer_control.errors import ParameterError
+from pioneer_control.ptz.view import Place3
 
 GAINS = ["%s_%s" % (motion, gain) for motion in ("rot", "trans") for gain in ("kp", "kv", "ki")]
 VARIANCES = ["%s_covariance_%s" % (what, how) for what in ("pose", "twist") for how in ("moving", "still")]
@@ -27,11 +28,21 @@ LEGAL = [
     ("bumpstall", 3, 3), ("bumpstall", -1, -1), ("ticks_mm", 128, 128), ("rev_count", 16570, 16570),
     ("drift_factor", -40, -40), ("drift_factor", -32768, -32768), ("drift_factor", 32767, 32767),
     ("sonar_no_echo", "max", "max"), ("publish_wire", True, True),
+    ("ptz", "vcc50i", "vcc50i"), ("ptz_port", "/dev/ttyS1", "/dev/ttyS1"), ("ptz_cabling", "one_way", "one_way"),
+    ("ptz_pan_speed", 0.5, 0.5), ("ptz_tilt_speed", 1, 1.0), ("ptz_place", " ", None), ("ptz_inverted", True, True),
+    ("ptz_power_off_at_end", True, True), ("ptz_fov_wide", 48, 48.0), ("ptz_fov_tele", 1.97, 1.97),
+    *[("ptz_place", place, Place3(0.1, 0.0, 0.4)) for place in ([0.1, 0, 0.4], "[0.1, 0, 0.4]", "0.1,0,0.4")],
 ] + [(gain, value, value) for gain in GAINS for value in (-1, 0, 65535)] + [
     (variances, [0, 0.1, 0, 0, 0, 1e6], (0.0, 0.1, 0.0, 0.0, 0.0, 1e6)) for variances in VARIANCES
 ]
 
 ILLEGAL = [
+    ("ptz", "sony", "legal: give one of none, vcc4, vcc50i"), ("ptz_cabling", "both", "one of auto, two_way, one_way"),
+    ("ptz_pan_speed", 2.0, "a number from 0.016 to 1.571 (rad/s)"), ("ptz_place", [0.1, 0.4], "three numbers"),
+    ("ptz_port", "", "a text, not empty"), ("ptz_inverted", 1, "true or false"),
+    ("ptz_power_off_at_end", "yes", "true or false"), ("ptz_tilt_speed", 0.0, "a number from 0.016 to 1.221 (rad/s)"),
+    ("ptz_fov_wide", 0, "a number from 1 to 120 (deg)"), ("ptz_fov_tele", 180, "a number from 0.1 to 120 (deg)"),
+    ("ptz_place", "here", "three numbers"), ("ptz_place", [0.1, 0, float("nan")], "three numbers"),
     ("port", "", "not empty"), ("port", 8101, "a text"), ("baud", 9601, "9600, 19200"), ("baud", "9600", "9600"),
     ("baud", True, "9600"), ("model", 3, "a text"), ("models_file", None, "a text"),
     ("gripper", "yes", "auto, true or false"), ("gripper", 1, "auto"), ("gripper", [], "auto"),
@@ -71,7 +82,7 @@ def test_nothing_given_is_all_defaults():
 def test_every_default_is_legal():
     """Every default is a value that the user may give, too."""
     for entry in dataclasses.fields(DriverParameters):
-        given = "auto" if entry.name == "gripper" else entry.default
+        given = {"gripper": "auto", "ptz_place": ""}.get(entry.name, entry.default)
         assert entry.metadata["kind"].accept(given) == entry.default
 
 
