@@ -53,9 +53,9 @@ ROOMS = {
     # robots: the outline, where a driver does not tell it
     "tutorial": {"floor_poses", "message_values", "ros_node", "robots", "msg", "srv"},
     "teleop": {"message_values", "ros_node", "msg"},
-    # robots: where the sonar of an old bag looks
+    # robots: where the sonar of an old bag looks; vcc4: what a camera sees
     "bags": {"message_values", "parameters", "port_url", "ros_node", "standard_messages", "whole_file", "pictures",
-             "p2os", "robots", "msg"},
+             "p2os", "vcc4", "robots", "msg"},
     # no simulator: the page shows it as it shows any robot, and starts it as a program
     "web": {"interrupt", "message_values", "parameters", "port_url", "ros_node", "whole_file", "p2os", "robots",
             "client", "bags", "msg"},

@@ -8,12 +8,14 @@ import heapq
 import math
 from array import array
 from contextlib import suppress
+from itertools import groupby
 from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Tuple
 
 import numpy as np
 
 from ..message_values import NO_ECHO, NOT_HEARD, GripStatus, heading_of
-from .recorded_run import ERROR, WARNING, GripperEvent, Map, Report, Span
+from ..vcc4 import field_of_view
+from .recorded_run import ERROR, WARNING, GripperEvent, Look, Map, Report, Span
 
 ROWS = 1 << 16
 """The largest number of rows that a `Thinned`, and of echoes that an `EchoCollector` keeps.
@@ -25,6 +27,8 @@ TEXTS = 1000
 The limit for warnings and errors is ten times this number."""
 SPANS = 10000
 """A collector with more than twice this number of spans keeps only this number: the longest spans."""
+LOOKED = 1.0  # s: a camera that looks somewhere for a shorter time is on its way
+LOOKS = 12  # the largest number of looks of a camera that are kept
 FARTHEST = 1e9  # m: a coordinate that is larger, or not a number, comes from damaged data
 CHANGE_OF_PLACE = (0.01, 0.01, math.radians(1.0))  # m, m, rad: a robot that moved less is in the same place
 CHANGE_OF_CAN = (0.002, 0.002, 0.002)  # m: x, y, height
@@ -205,6 +209,21 @@ def gripper_events(states: Iterable[Sequence[float]]) -> Tuple[GripperEvent, ...
         elif closed and was_closed is False and not held:
             events.append(GripperEvent(time, "closed on nothing"))
     return tuple(events)
+
+
+def looks_of(states: Sequence[Sequence[float]]) -> Tuple[Look, ...]:
+    """Return where a camera looked: each direction and zoom that lasted for `LOOKED` s, of more than `LOOKS` the
+    longest.
+
+    Args:
+        states: rows of time (s), pan (degrees, to the right) and zoom (steps), in order of time.
+    """
+    looks: List[Look] = []
+    for (pan, zoom), rows in groupby(states, lambda row: tuple(row[1:])):
+        times = [row[0] for row in rows]
+        if times[-1] - times[0] >= LOOKED:
+            looks.append(Look(times[0], times[-1], math.radians(-pan), field_of_view(zoom)))
+    return tuple(sorted(heapq.nlargest(LOOKS, looks, key=lambda look: look.end - look.begin)))
 
 
 class CanCollector:

@@ -113,6 +113,17 @@ class GripperEvent(NamedTuple):
     what: str
 
 
+class Look(NamedTuple):
+    """Where a camera looked from begin to end (s): the direction in base_link (rad, counter-clockwise) and the width of
+    its view (rad).
+    """
+
+    begin: float
+    end: float
+    bearing: float
+    width: float
+
+
 class CanPath(NamedTuple):
     """The positions of a can over time: arrays of the same length, in s, m, m and m (height above the floor)."""
 
@@ -221,6 +232,7 @@ class Run(NamedTuple):
     faults: Tuple[Report, ...] = ()  # of this robot, and of nodes that belong to no robot
     gaps: Tuple[Span, ...] = ()  # when a periodic topic had no messages; what: name of the topic
     doings: Tuple[Span, ...] = ()  # what a wandering program did: "driving", "turning"
+    looks: Tuple[Look, ...] = ()  # of the camera, where it has one that turns
     navigation: Optional[Navigated] = None
     map_made: bool = False  # the robot made the map meanwhile; then the map begins where the robot began
     own_frame: bool = False  # the frame of the map is not that of the simulated world

@@ -12,7 +12,7 @@ import numpy as np
 
 from .collectors import (CanCollector, CommandCollector, DecisionCollector, EchoCollector, LastCollector,
                          OdometryCollector, ReportCollector, SilenceCollector, SpanCollector, Thinned, doing, grip_of,
-                         gripper_events, pressed, stalled, told_of)
+                         gripper_events, looks_of, pressed, stalled, told_of)
 from .navigation_collectors import MapCollector, NavigationCollector
 from .reader import BagReader, BagConnection, decode, message_class, plural, read_bag
 from .records import BagError
@@ -48,6 +48,7 @@ TOPICS: Dict[str, Topic] = {
     "cmd_vel": Topic("Twist", CommandCollector),
     "teleop/cmd_vel": Topic("Twist", CommandCollector, of="cmd_vel", take="add_of_person"),
     "helm": Topic("Helm", CommandCollector, of="cmd_vel", take="add_helm"),
+    "ptz_state": Topic("PTZState", lambda: Thinned(lambda message: [message.pan, message.zoom], SWITCHED, SWITCHED)),
     "battery_state": Topic("BatteryState", lambda: Thinned(lambda message: [message.voltage], CHANGE_OF_VOLTAGE), True),
     # where there is no battery_state
     "battery": Topic("BatteryState", lambda: Thinned(lambda message: [message.voltage], CHANGE_OF_VOLTAGE), True),
@@ -239,6 +240,7 @@ def _run(path: str, name: str, collector: RunCollector, reader: BagReader) -> Ru
         truth=truth if len(truth.time) else None,
         sonar=Echoes(*np.array(robot["sonar"].rows).reshape(-1, 3).T),
         gripper=gripper_events(robot["gripper_state"].columns().T.tolist()),
+        looks=looks_of(robot["ptz_state"].columns().T.tolist()),
         cans=tuple(CanPath(*can.columns()) for can in collector.nearest(name, "cans") or ()),
         map=used or world,
         map_made=robot["map"].made,

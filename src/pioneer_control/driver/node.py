@@ -31,8 +31,6 @@ from .helm_topic import HelmPublisher
 from .notices import Throttle, Watch
 from .parameters import BY_HAND, TUNING, DriverParameters, check_parameters
 from .prompt import send_promptly
-from .ptz_topics import TASK as CAMERA_TASK
-from .ptz_topics import camera_topics
 from .publications import Publications
 from .reconfigure import Reconfiguration
 from .requests import STOP_ALL, Requests
@@ -61,10 +59,14 @@ class DriverNode:
             BY_HAND: "a person has the helm (%s); programs may command again after: rosservice call %s"
                      % (BY_HAND, rospy.resolve_name("teleop/release")),
         }
-        self._camera = camera_topics(parameters, lambda: self._steered.state().locks)
+        self._camera: Any = None        # a PtzTopics, if there is a camera
+        if parameters.camera is not None:
+            from .ptz_topics import PtzTopics   # only now: to load what it needs takes a fifth of a start
+
+            self._camera = PtzTopics(parameters, parameters.camera, lambda: self._steered.state().locks)
         self._diagnostics = Diagnostics(without_key(parameters.port), parameters.baud, how_to_enable, obstacles,
                                         lambda: self._robot.link, lambda: self._steered.state(),
-                                        {} if self._camera is None else {CAMERA_TASK: self._camera.finding})
+                                        {} if self._camera is None else {"Camera": self._camera.finding})
         self._asked_to_end = False
         self._started = monotonic()
         self._publications = Publications(parameters, lambda kind, on: self._robot.request_data(kind, on))

@@ -12,8 +12,8 @@ from ..errors import ParameterError
 from ..p2os import BAUD_RATES
 from ..parameters import AutoSwitch, Choice, Number, Numbers, Rate, Switch, Text, Whole, check, check_old, parameter
 from ..ptz import Cabling, CameraSettings
-from ..ptz.view import TELE_DEG, WIDE_DEG, Place3
-from ..vcc4 import CAMERA_MODELS, count_of
+from ..ptz.view import Place3
+from ..vcc4 import CAMERA_MODELS, TELE_DEG, WIDE_DEG, count_of
 
 GAIN = Whole(-1, 65535)
 NO_DRIFT_GIVEN = -32768

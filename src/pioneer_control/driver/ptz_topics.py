@@ -8,7 +8,7 @@ publishes what is known.
 import contextlib
 import math
 from time import monotonic
-from typing import Any, Callable, List, Optional, Tuple
+from typing import Any, Callable, List, Tuple
 
 import rospy
 from geometry_msgs.msg import Point, Quaternion, Transform, TransformStamped, Vector3
@@ -25,17 +25,14 @@ from ..errors import RefusedError, UsageError
 from ..msg import PTZState
 from ..ptz import AuxCamera, CameraLine, CameraPhase, CameraReport, CameraSession, CameraSettings, aux_port_of
 from ..ptz.health import find_camera
-from ..ptz.view import (ABOVE_FOOT, Place3, counts_of_joints, field_of_view, frustum, joints, orientation,
-                        whole_degrees)
-from ..vcc4 import ZOOM_MOST, count_of
+from ..ptz.view import ABOVE_FOOT, Place3, counts_of_joints, frustum, joints, orientation, whole_degrees
+from ..vcc4 import ZOOM_MOST, count_of, field_of_view
 from .parameters import DriverParameters
 from .publications import QUEUE, stamped
 from .requests import OfferedService, Requests, SubscribedTopic
 
 JOINTS = ("ptz_pan_joint", "ptz_tilt_joint")
 BASE_FRAME, CAMERA_FRAME = "ptz_base_link", "camera"
-TASK = "Camera"
-"""The task of the diagnostics."""
 COLOUR = ColorRGBA(0.8, 0.47, 0.65, 1.0)
 MOST_DEGREES = 1000
 """Degrees beyond which a number in ptz_control is as good as this one: int32 could overflow."""
@@ -233,11 +230,6 @@ def view_marker(frame: str, width: float) -> Marker:
     return marker
 
 
-def camera_topics(parameters: DriverParameters, locks: Callable[[], Tuple[str, ...]]) -> Optional[PtzTopics]:
-    """Return the topics of the camera. None if the parameters say that there is none."""
-    return None if parameters.camera is None else PtzTopics(parameters, parameters.camera, locks)
-
-
 PTZ_TOPICS = (
     SubscribedTopic("ptz_control", PTZState, 1, PtzTopics.control, lambda _: False),
     SubscribedTopic("ptz_joint_control", JointState, 1, PtzTopics.move_joints, lambda _: False),
@@ -248,6 +240,3 @@ PTZ_SERVICES = (
     OfferedService("ptz/stop", Trigger, lambda ptz, _: ptz.stop()),
     OfferedService("ptz/power", SetBool, lambda ptz, request: ptz.power(request.data)),
 )
-
-PTZ_PUBLISHED = (("ptz_state", PTZState), ("joint_states", JointState), ("ptz_view", Marker), ("/tf", TFMessage))
-"""The topics that it publishes, with their types."""

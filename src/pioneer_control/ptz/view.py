@@ -7,11 +7,9 @@ to the left, grows downwards. The messages of p2os have whole degrees with the s
 import math
 from typing import List, NamedTuple, Tuple
 
-from ..vcc4 import COUNT_DEG, ZOOM_MOST, count_of, degrees_of
+from ..vcc4 import COUNT_DEG, count_of, degrees_of
 
 COUNT_RAD = math.radians(COUNT_DEG)
-WIDE_DEG, TELE_DEG = 45.0, 3.0
-"""Usual horizontal fields of view (degrees) at both ends of the zoom. Nobody publishes them (sheet 4)."""
 ASPECT = 3.0 / 4.0
 """Height of the picture for its width: an analogue one."""
 DRAWN = 1.0
@@ -43,14 +41,6 @@ def counts_of_joints(pan: float, tilt: float) -> Tuple[int, int]:
 def whole_degrees(count: int) -> int:
     """Return the nearest whole degree of a count, for messages of p2os."""
     return round(degrees_of(count))
-
-
-def field_of_view(zoom: int, wide_deg: float = WIDE_DEG, tele_deg: float = TELE_DEG) -> float:
-    """Return the horizontal field of view (rad) at a zoom step: equal steps narrow it by equal factors.
-
-    Source: camera sheet 4; nobody knows the true curve.
-    """
-    return math.radians(wide_deg * (tele_deg / wide_deg) ** (zoom / ZOOM_MOST))
 
 
 def frustum(width: float) -> List[Point3]:

@@ -20,12 +20,14 @@ from .answers import (AnswerKind, CameraAnswer, CameraStatus, answer_values, dec
                       encode_error)
 from .commands import CAMERA_COMMANDS, CameraCommand, CameraOrder, decode_camera_command, encode_camera_command
 from .framing import (ANSWER_BEGIN, COMMAND_BEGIN, END, LONGEST_FRAME, SHORTEST_ANSWER, CameraCounts, CameraDecoder)
-from .units import (CAMERA_MODELS, COUNT_DEG, ZOOM_MOST, CameraModel, count_of, degrees_of)
+from .units import (CAMERA_MODELS, COUNT_DEG, TELE_DEG, WIDE_DEG, ZOOM_MOST, CameraModel, count_of, degrees_of,
+                    field_of_view)
 
 __all__ = [
     "ANSWER_BEGIN", "COMMAND_BEGIN", "END", "LONGEST_FRAME", "SHORTEST_ANSWER", "CameraCounts", "CameraDecoder",
     "CAMERA_COMMANDS", "CameraCommand", "CameraOrder", "decode_camera_command", "encode_camera_command",
     "AnswerKind", "CameraAnswer", "CameraStatus", "answer_values", "decode_answer", "encode_answer",
     "encode_error",
-    "CAMERA_MODELS", "COUNT_DEG", "ZOOM_MOST", "CameraModel", "count_of", "degrees_of",
+    "CAMERA_MODELS", "COUNT_DEG", "TELE_DEG", "WIDE_DEG", "ZOOM_MOST", "CameraModel", "count_of", "degrees_of",
+    "field_of_view",
 ]

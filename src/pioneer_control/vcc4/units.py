@@ -4,6 +4,7 @@ A camera counts angles in steps of 0.1125 degrees from its home. As it stands up
 grows upwards.
 """
 
+import math
 from typing import Dict, NamedTuple, Tuple
 
 COUNT_DEG = 0.1125
@@ -12,6 +13,9 @@ ZERO = 0x8000
 """What is added to a count on the wire, so that home is 8000 (hex)."""
 ZOOM_MOST = 1960
 """The zoom step at the tele end; 0 is the wide end. Steps are neither degrees nor a factor."""
+
+WIDE_DEG, TELE_DEG = 45.0, 3.0
+"""Usual horizontal fields of view (degrees) at both ends of the zoom. Nobody publishes them."""
 
 Range = Tuple[int, int]
 
@@ -54,3 +58,11 @@ def count_of(degrees: float) -> int:
 def degrees_of(count: int) -> float:
     """Return the angle (degrees) of a count."""
     return count * COUNT_DEG
+
+
+def field_of_view(zoom: float, wide_deg: float = WIDE_DEG, tele_deg: float = TELE_DEG) -> float:
+    """Return the horizontal field of view (rad) at a zoom step: equal steps narrow it by equal factors.
+
+    Nobody knows the true curve.
+    """
+    return math.radians(wide_deg * (tele_deg / wide_deg) ** (zoom / ZOOM_MOST))

@@ -67,6 +67,11 @@ def gripper(state, held, package="pioneer_control", pressed=None):
     return message
 
 
+def ptz(pan, zoom, package="pioneer_control"):
+    """A PTZState message (degrees to the right, zoom steps)."""
+    return message_class("PTZState", package)(pan=pan, zoom=zoom)
+
+
 def twist(linear, angular=0.0):
     """A Twist message: what cmd_vel takes (m/s, rad/s)."""
     message = Twist()

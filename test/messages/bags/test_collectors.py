@@ -11,8 +11,8 @@ from std_msgs.msg import Bool, Float64, Header, String
 
 import bag_factory as make
 from pioneer_control.bags import collectors
-from pioneer_control.bags.collectors import (DecisionCollector, EchoCollector, SilenceCollector, SpanCollector, Thinned,
-                                             doing)
+from pioneer_control.bags.collectors import (LOOKS, DecisionCollector, EchoCollector, SilenceCollector, SpanCollector,
+                                             Thinned, doing, looks_of)
 from pioneer_control.bags.reader import BagError
 from pioneer_control.bags.recorded_run import Span
 from pioneer_control.bags.run import TOPICS, read_run
@@ -407,3 +407,24 @@ def test_a_decision_holds_until_the_next_of_its_wander():
         decisions.add(float(time), make.decision(0.0, reason, wander=1 + (time > 9)))
     assert decisions.spans == [(1.0, 5.0, "driving"), (5.0, 8.0, "turning"), (8.0, 9.0, "driving"),
                                (9.0, 9.0, "no reason"), (15.0, 17.0, "driving")]
+
+
+class TestLooksOfACamera:
+    """Where a camera looked, from rows of time, pan and zoom."""
+
+    def test_each_direction_and_zoom_that_lasted_in_order_of_time(self):
+        rows = [(0.0, 0, 0), (5.0, 0, 0), (5.1, 10, 0), (5.2, 20, 0), (5.3, 30, 0), (8.0, 30, 0), (8.1, 30, 1960),
+                (9.2, 30, 1960)]
+        looks = looks_of(rows)
+        assert [(look.begin, look.end) for look in looks] == [(0.0, 5.0), (5.3, 8.0), (8.1, 9.2)]
+        assert [round(math.degrees(look.bearing)) for look in looks] == [0, -30, -30]
+        assert [round(math.degrees(look.width)) for look in looks] == [45, 45, 3]
+
+    def test_of_many_the_longest(self):
+        rows = [(10.0 * number + end * (1 + number), number, 0) for number in range(9) for end in (0, 1)]
+        rows += [(100.0 + 20.0 * number + 10.0 * end, number, 0) for number in range(LOOKS) for end in (0, 1)]
+        looks = looks_of(rows)
+        assert len(looks) == LOOKS and looks[0].begin == 100.0 and list(looks) == sorted(looks)
+
+    def test_without_a_camera_there_are_none(self):
+        assert looks_of([]) == ()

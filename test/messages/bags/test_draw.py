@@ -1,5 +1,6 @@
 """Pictures, checked through matplotlib's objects."""
 
+import math
 import subprocess
 import sys
 
@@ -58,6 +59,31 @@ def test_everything_is_there(drawn):
     assert line(axes, "can before")[0] == pytest.approx((2.0, 1.0))
     assert line(axes, "can after")[0] == pytest.approx((2.3, 1.0))
     assert len(axes.images) == 1
+
+
+def looking(pans, seconds=2.0):
+    """Yield ptz_state of a camera that looks at each pan for so long, and turns in between."""
+    time = 1000.0
+    for pan in pans:
+        for _ in range(round(seconds / 0.1)):
+            yield "/pioneer/ptz_state", make.ptz(pan, 0), time
+            time += 0.1
+        for turning in range(5):
+            yield "/pioneer/ptz_state", make.ptz(pan + turning + 1, 0), time
+            time += 0.1
+
+
+def test_what_a_camera_saw_is_drawn_as_fans_from_where_the_robot_was(drawn):
+    axes = drawn([*make.driven(), *looking((90, 0, -45))])
+    assert "camera's view" in labels(axes)
+    fans = [each.get_xydata() for each in axes.get_lines() if each.get_label() == "camera's view"]
+    assert len(fans) == 3
+    ways = [fan[1:-1].mean(axis=0) - fan[0] for fan in fans]
+    assert [round(math.degrees(math.atan2(y, x))) for x, y in ways] == [-90, 0, 45]     # pan is to the right
+    assert [round(float(fan[0][0]), 1) for fan in fans] == [1.2, 1.4, 1.7]
+    widths = [np.ptp(np.unwrap(np.arctan2(*(fan[1:-1] - fan[0]).T[::-1]))) for fan in fans]
+    assert np.degrees(widths) == pytest.approx([45.0] * 3)
+    assert "camera's view" not in labels(drawn(make.driven()))
 
 
 def test_tracks_begin_together_in_the_map(drawn):

@@ -5,8 +5,8 @@ in memory.
 import subprocess
 import sys
 
-NOT_NEEDED = {"actionlib", "matplotlib", "PyKDL", "serial", "tf", "tf2_py", "tf2_ros", "websocket",
-              "pioneer_control.bags", "pioneer_control.simulator", "pioneer_control.tutorial"}
+NOT_NEEDED = {"actionlib", "matplotlib", "PyKDL", "serial", "tf", "tf2_py", "tf2_ros", "visualization_msgs",
+              "websocket", "pioneer_control.bags", "pioneer_control.simulator", "pioneer_control.tutorial"}
 
 
 def loaded_by(module):

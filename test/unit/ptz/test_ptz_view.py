@@ -6,7 +6,8 @@ import pytest
 
 from pioneer_control.errors import ParameterError
 from pioneer_control.ptz import CameraSettings, aux_port_of
-from pioneer_control.ptz.view import (counts_of_joints, field_of_view, frustum, joints, orientation, whole_degrees)
+from pioneer_control.ptz.view import counts_of_joints, frustum, joints, orientation, whole_degrees
+from pioneer_control.vcc4 import field_of_view
 
 
 def turned(quaternion, vector):

@@ -1,4 +1,5 @@
-"""Draw a run from above: the path with headings and times, sonar echoes, the map, the cans, and the gripper's events.
+"""Draw a run from above: the path with headings and times, sonar echoes, the map, the cans, what a camera saw, and the
+gripper's events.
 
 Sizes in points and inches are sizes on the page. Sizes in m are drawn to scale.
 """
@@ -25,6 +26,7 @@ FEWEST_METRES = 1.0  # m: the least width and height of the view, so that a robo
 
 ARROW, ARROW_EVERY = 0.1, 0.7  # inches: the length of an arrow, and the way between two arrows
 STROKE = 0.11  # inches: the length of a stroke from a dot in the direction of the robot's heading
+FAN, FAN_STEPS = 0.55, 9  # inches: the length of the fan that a camera sees; corners of its end
 TIMES, TIMES_APART = 12, 0.36  # the largest number of times beside the path; inches between two of them
 TICK = 0.05  # inches: the length of the stroke that shows a heading in a cloud
 ENDED = {"reached": ("*", 9.0), "failed": ("X", 6.5)}  # of goals: sign and size; other goals are stars that are empty
@@ -126,6 +128,7 @@ def draw(axes: Any, view: TopView, timeline: Timeline, inches: float) -> None:
     _draw_echoes(axes, view)
     if view.run.truth is not None:
         _draw_cans(axes, view)
+    _draw_looks(axes, view, scale)
     _draw_robots(axes, view, scale)
     _draw_gripper(axes, view)
     _draw_times(axes, view.path, timeline, scale)
@@ -274,6 +277,19 @@ def _draw_gripper(axes: Any, view: TopView) -> None:
             zorder=10, annotation_clip=False,
             bbox=dict(boxstyle="circle,pad=0.25", facecolor=EVENT[event.what], edgecolor="white"),
             arrowprops=dict(arrowstyle="-", color=EVENT[event.what], linewidth=1.2, shrinkA=0, shrinkB=0))
+
+
+def _draw_looks(axes: Any, view: TopView, scale: float) -> None:
+    """Draw what the camera saw, as a fan from where the robot was at the end of each look."""
+    looks = view.run.looks
+    robot = view.path.at(np.array([look.end for look in looks]))
+    for look, pose in zip(looks, np.column_stack(robot[1:])):
+        sides = look.bearing + np.linspace(-look.width / 2, look.width / 2, FAN_STEPS)
+        fan = np.column_stack((np.cos(sides), np.sin(sides))) * FAN * scale
+        x, y = placed(pose, *np.vstack(((0.0, 0.0), fan)).T)
+        axes.fill(x, y, facecolor=PURPLE, alpha=0.16, edgecolor="none", zorder=2.6)
+        axes.plot(np.append(x, x[0]), np.append(y, y[0]), color=PURPLE, linewidth=0.8, alpha=0.8, zorder=2.7,
+                  label="camera's view")
 
 
 def _draw_times(axes: Any, path: Track, timeline: Timeline, scale: float) -> None:

@@ -71,7 +71,7 @@ def figure(run: Run, title: Optional[str] = None) -> Any:
     head = [(line, look) for text, look in said for line in probe.lines(text, RIGHT - LEFT, LINES, **look) if text]
 
     events = min(len(run.gripper), EVENTS_LISTED) if len(run.gripper) <= from_above.BADGES else MANY
-    signs = SIGNS + OF_NAVIGATION * (run.navigation is not None)
+    signs = SIGNS + OF_NAVIGATION * (run.navigation is not None) + bool(run.looks)
     where = plan(view.high - view.low, TOP + 0.62 + LINE * len(head) + GAP, over_time.height(shown, lanes), lines,
                  events, signs)
 
