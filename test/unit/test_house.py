@@ -33,8 +33,9 @@ ROOMS = {
     "pictures": {"whole_file"},
     "port_url": set(),
     "wire_fields": set(),
-    "p2os": {"wire_fields"},
-    "lms2xx": {"wire_fields"},
+    "wire_words": {"wire_fields"},
+    "p2os": {"wire_fields", "wire_words"},
+    "lms2xx": {"wire_fields", "wire_words"},
     # robots: where the laser of a model sits; client: its ports
     "laser": {"lms2xx", "parameters", "ros_node", "diagnostics_thread", "robots", "client"},
     "vcc4": {"wire_fields"},

@@ -14,6 +14,7 @@ The lasers LMS200, 211, 220, 221 and 291 speak it on a serial line. `telegrams` 
 ``configuration``   the table of what a laser keeps, and of its measuring modes
 ``scans``           a scan, and what its values mean in metres
 ``rates``           how fast a laser measures and sends, and when it fired a ray
+``explain``         bytes of a line in words: ``python3 -m pioneer_control.lms2xx 02 00 02 00 20 24 34 08``
 ==================  =============================================================
 
 The file `wire_fields` beside this folder reads and writes messages by their tables. All facts are those of the laser

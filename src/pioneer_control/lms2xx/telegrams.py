@@ -30,7 +30,7 @@ Array = Any     # of numpy
 STX = b"\x02"
 ANSWERED = 0x80
 """What a laser adds to the address and to the command in its reply."""
-_OVERHEAD = 6
+OVERHEAD = 6
 """Bytes of a telegram that its length does not count: STX, address, the length itself, and the CRC."""
 LONGEST = 814
 """Bytes of the longest telegram: a scan of 401 values with its two indices."""
@@ -64,7 +64,7 @@ class Telegram(NamedTuple):
     @property
     def length(self) -> int:
         """The number of bytes of the whole telegram on the line."""
-        return _OVERHEAD + 1 + len(self.data) + (self.status is not None)
+        return OVERHEAD + 1 + len(self.data) + (self.status is not None)
 
 
 class Status(enum.IntFlag):
@@ -155,7 +155,7 @@ def encode_telegram(telegram: Telegram) -> bytes:
         raise EncodingError("telegram %02X: %d bytes are too many (%d are legal)"
                             % (telegram.command, telegram.length, LONGEST))
     head = STX + bytes((telegram.address | (ANSWERED if is_reply else 0),))
-    head += (telegram.length - _OVERHEAD).to_bytes(2, "little")
+    head += (telegram.length - OVERHEAD).to_bytes(2, "little")
     whole = head + bytes((telegram.command,)) + telegram.data
     whole += bytes((telegram.status,)) if telegram.status is not None else b""
     return whole + crc(whole).to_bytes(2, "little")
@@ -240,8 +240,8 @@ class TelegramDecoder:
             return 0
         if len(head) < 4:
             return None
-        end = at + _OVERHEAD + int.from_bytes(head[2:4], "little")
-        least = _OVERHEAD + (2 if self._reply_bit else 1)
+        end = at + OVERHEAD + int.from_bytes(head[2:4], "little")
+        least = OVERHEAD + (2 if self._reply_bit else 1)
         if not least <= end - at <= LONGEST or (len(head) > 4 and head[4] & ANSWERED != self._reply_bit):
             return 0
         if end > len(held):

@@ -6,7 +6,8 @@ import sys
 from typing import List, Optional
 
 from ..errors import UsageError
-from .explain import explain, parse_hex, pieces
+from ..wire_words import parse_hex
+from .explain import explain, pieces
 from .recording import explain_record, read_record
 
 

@@ -3,13 +3,9 @@
 All names, units and meanings come from the tables in the other files of this folder.
 """
 
-import re
-from enum import IntFlag
-from fractions import Fraction
 from typing import Any, Iterator, List, NamedTuple, Optional
 
-from ..errors import UsageError
-from ..wire_fields import Row
+from ..wire_words import hex_of, in_table, value_in_words
 from .commands import (COMMAND_NUMBERS, NEGATIVE, OTHER_MEANINGS, POSITIVE, TEXT, Argument, Command, decode_command,
                        two_bytes)
 from .flags import GripperCommand
@@ -29,21 +25,6 @@ class Piece(NamedTuple):
     data: bytes
     frame: Optional[Frame]
     wrong: str = ""
-
-
-def parse_hex(text: str) -> bytes:
-    """The bytes in a text such as ``FA FB 06``, ``fafb06``, ``0xFA, 0xFB, 0x06`` or ``\\xfa\\xfb\\x06``.
-
-    Raises:
-        UsageError: a word is not hexadecimal. The message names the word.
-    """
-    data = bytearray()
-    for word in re.sub(r"0[xX]|\\x|[\s,;:]", " ", text).split():
-        if not re.fullmatch(r"[0-9A-Fa-f]|([0-9A-Fa-f]{2})+", word):
-            why = "has an odd number of digits" if re.fullmatch(r"[0-9A-Fa-f]+", word) else "is not hexadecimal"
-            raise UsageError("%r %s; bytes are given like this: FA FB 03 1D 00 1D" % (word, why))
-        data += bytes.fromhex(word.rjust(2, "0"))
-    return bytes(data)
 
 
 def pieces(data: bytes) -> List[Piece]:
@@ -72,7 +53,7 @@ def _piece_at(data: bytes, at: int) -> Piece:
         return Piece(noise, None, "cut off: byte count %d, %d missing" % (count, 3 + count - len(rest)))
     frame, sent = Frame(rest[3], rest[4:count + 1]), rest[count + 1:count + 3]
     right = checksum(rest[3:count + 1]).to_bytes(2, "big")
-    wrong = "wrong checksum: %s, should be %s; it would say:" % (_hex(sent), _hex(right))
+    wrong = "wrong checksum: %s, should be %s; it would say:" % (hex_of(sent), hex_of(right))
     return Piece(rest[:3 + count], frame) if sent == right else Piece(noise, frame, wrong)
 
 
@@ -94,12 +75,12 @@ def explain_piece(piece: Piece, to_robot: bool = True, from_robot: bool = True,
                   grip_state_first: bool = True) -> Iterator[str]:
     """The lines of text that explain one piece of a stream. The other arguments are those of `explain`."""
     frame = piece.frame
-    yield _hex(piece.data)
+    yield hex_of(piece.data)
     if frame is None:
         yield "  %s" % piece.wrong
         return
     yield "  byte count %d, id %d (0x%02X), %s" % (
-        frame.length - 3, frame.id, frame.id, piece.wrong or "checksum %s is right" % _hex(piece.data[-2:]))
+        frame.length - 3, frame.id, frame.id, piece.wrong or "checksum %s is right" % hex_of(piece.data[-2:]))
     is_command = frame.id in COMMAND_NUMBERS and not _argument_fault(frame.data)
     is_packet = not isinstance(decode_packet(frame), (UnknownPacket, MalformedPacket))
     if to_robot and (is_command or not (from_robot and is_packet)):
@@ -111,14 +92,15 @@ def explain_piece(piece: Piece, to_robot: bool = True, from_robot: bool = True,
 def in_one_line(piece: Piece, to_robot: bool, grip_state_first: bool = True) -> str:
     """The meaning of one piece of a stream, in one line. `to_robot` is its direction."""
     if piece.frame is None or piece.wrong:
-        return "%s  (%s)" % (_hex(piece.data), piece.wrong.partition(", should")[0])
+        return "%s  (%s)" % (hex_of(piece.data), piece.wrong.partition(", should")[0])
     packet = decode_packet(piece.frame, grip_state_first)
     if to_robot or isinstance(packet, (UnknownPacket, MalformedPacket)):
         lines = _explain_command(piece.frame) if to_robot else _explain_packet(piece.frame, grip_state_first)
         return next(lines).partition(": ")[2]
     rows = {row.name: row for row in packet_rows(type(packet), grip_state_first)}
     return "%s: %s" % (type(packet).__name__, ", ".join(
-        "%s %s" % (name, _value(value, rows.get(name))) for name, value in vars(packet).items() if value is not None))
+        "%s %s" % (name, value_in_words(value, rows.get(name)))
+        for name, value in vars(packet).items() if value is not None))
 
 
 def _argument_fault(data: bytes) -> str:
@@ -146,7 +128,7 @@ def _explain_command(frame: Frame) -> Iterator[str]:
 
 def _command_value(command: Command, value: Any) -> str:
     if isinstance(value, bytes):
-        return _value(value)
+        return value_in_words(value)
     if command.argument is Argument.TWO_BYTES:
         return ", ".join(str(byte if low < 0 else byte & 0xFF) for byte, low in zip(two_bytes(value), command.low))
     if command.name == "GRIPPER" and value in list(GripperCommand):
@@ -166,50 +148,8 @@ def _explain_packet(frame: Frame, grip_state_first: bool) -> Iterator[str]:
         yield "  from the robot: malformed, its data end too soon: %s" % packet.reason
         return
     yield "  from the robot: %s. %s" % (type(packet).__name__, (type(packet).__doc__ or "").splitlines()[0])
-    rows = {row.name: row for row in packet_rows(type(packet), grip_state_first)}
-    width = max(map(len, vars(packet)), default=0)
-    for name in sorted(vars(packet), key=lambda name: name in rows):    # first what the id says, which has no row
-        value, row = getattr(packet, name), rows.get(name)
-        if value is not None:
-            yield ("    %-*s  %-20s  %s" % (width, name, _value(value, row), row.meaning if row else "")).rstrip()
-    absent = [name for name in rows if getattr(packet, name) is None]
+    rows = packet_rows(type(packet), grip_state_first)
+    yield from ("    " + line for line in in_table(vars(packet), rows))
+    absent = [row.name for row in rows if getattr(packet, row.name) is None]
     if absent:
         yield "    not sent by this firmware: %s" % ", ".join(absent)
-
-
-def _value(value: Any, row: Optional[Row] = None) -> str:
-    """A value as text for a person. `row` is None when the value comes from the id of the frame, not from its data."""
-    if isinstance(value, tuple):
-        return "; ".join(map(_item, value)) or "none"
-    if isinstance(value, bytes):
-        return "%s %r" % (_hex(value), value.decode("latin-1")) if value else "none"
-    if isinstance(value, str):
-        return repr(value)
-    names = None if row is None else row.type.names
-    if names is not None and issubclass(names, IntFlag):
-        unnamed = value & ~sum(names)
-        bits = [str(bit.name) for bit in names if value & bit] + ["0x%X" % unnamed] * bool(unnamed)
-        return ("0x%02X %s" % (value, ", ".join(bits))).rstrip()
-    if names is not None and value in list(names):
-        return "%d %s" % (value, names(value).name)
-    return "%d%s" % (value, _in_units(value, row))
-
-
-def _item(item: Any) -> str:
-    """One item of a tuple as text: a number such as ``7``, or a record such as ``number 3, range_units 1500``."""
-    return str(item) if isinstance(item, int) else ", ".join("%s %s" % each for each in item._asdict().items())
-
-
-def _in_units(value: int, row: Optional[Row]) -> str:
-    """The text behind a value: its unit, such as ``mm``.
-
-    If the unit has a step, such as ``0.1 V`` or ``5/255 V``, the value is converted: the text is ``= 12.8 V``.
-    """
-    whole_unit = "" if row is None else row.unit
-    step, _, unit = whole_unit.partition(" ")
-    text = "= %.6g %s" % (value * Fraction(step), unit) if re.fullmatch(r"[0-9./]+", step) else whole_unit
-    return (" %s" % text).rstrip()
-
-
-def _hex(data: bytes) -> str:
-    return " ".join("%02X" % byte for byte in data)

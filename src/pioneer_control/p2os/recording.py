@@ -18,8 +18,9 @@ from contextlib import suppress
 from typing import Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
 from ..errors import UsageError
+from ..wire_words import parse_hex
 from .commands import COMMANDS, SYNC0, SYNC1, SYNC2
-from .explain import Piece, explain_piece, in_one_line, parse_hex, pieces
+from .explain import Piece, explain_piece, in_one_line, pieces
 from .framing import HEADER, PARTIAL_TIMEOUT
 
 TITLE = "# pioneer_control line record 1: s, robot, > to it or < from it, bytes as its client wrote and got them"

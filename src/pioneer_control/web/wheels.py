@@ -20,7 +20,8 @@ from .guard import PageFile
 
 FOLDER = pathlib.Path(__file__).resolve().parents[1]
 ROOMS = ("p2os", "robots", "client")
-FILES = ("__init__.py", "errors.py", "parameters.py", "port_url.py", "interrupt.py", "wire_fields.py")
+FILES = ("__init__.py", "errors.py", "parameters.py", "port_url.py", "interrupt.py", "wire_fields.py",
+         "wire_words.py")
 NEEDED = ("PyYAML>=5.1", "websocket-client>=1.0")
 ENDINGS = (".py", ".yaml")
 DATE = (2020, 1, 1, 0, 0, 0)    # of all files: the same sources give the same wheel

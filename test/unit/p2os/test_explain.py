@@ -8,7 +8,8 @@ import pytest
 
 from pioneer_control.errors import UsageError
 from pioneer_control.p2os.__main__ import main
-from pioneer_control.p2os.explain import explain, parse_hex, pieces
+from pioneer_control.p2os.explain import explain, pieces
+from pioneer_control.wire_words import parse_hex
 
 VEL = "FA FB 06 0B 1B C8 00 D3 1B"
 
