@@ -44,6 +44,7 @@ Open ``robot.py`` first, then ``session.py`` and ``phases.py``. All files, from 
 ``robot``          the class Robot, which a program uses
 ``helm``           who may command: inputs with priorities and time-outs, and locks
 ``steered_robot``  a Robot that several inputs command, as far as the helm lets them
+``laser_power``    the packet that switches the supply of a laser
 ``line_devices``   joins devices on the robot's line, a camera or an arm, with a Robot
 ``alarms``         the texts of alarms, and the battery levels that they need
 ``fault_flags``    the table of what the fault flags of a robot mean in diagnostics

@@ -90,6 +90,8 @@ class DriverParameters:
     link_check: bool = parameter(
         True, Switch(), "ask the robot a few times a second while it is driven, to see whether commands arrive")
     use_sonar: bool = parameter(True, Switch(), "sonar on; false: off, and no sonar topic is fed")
+    laser_power: bool = parameter(False, Switch(), "the robot's supply of a laser on with each connection; false: as it"
+                                  " is")
     max_xspeed: float = parameter(0.5, Number(0.01, 3.0), "no forward or backward command goes beyond", "m/s",
                                   live=True)
     max_yawspeed: float = parameter(1.745, Number(0.02, 6.3), "no turn goes beyond", "rad/s", live=True)

@@ -15,6 +15,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Empty, SetBool, Trigger
 
 from ..client import MotorsAnswered, Robot, SteeredRobot
+from ..client.laser_power import laser_power
 from ..errors import LinkError, NotConfirmedError, PioneerError, UsageError
 from ..msg import Accelerations, GripperState, MotorState, WheelVelocities
 from . import commands
@@ -62,6 +63,7 @@ class Requests:
         self._warn = warn
         self._senders = Senders(watch)
         self._switch_on = parameters.enable_motors_on_start     # the motors, with the first connection
+        self._laser_power: Optional[bool] = parameters.laser_power or None      # None: nobody has asked for it
         self._halts: List[Callable[[], None]] = []
         self.offer(self, TOPICS, SERVICES)
 
@@ -83,7 +85,7 @@ class Requests:
             self._halts.append(halt)
 
     def connected(self) -> None:
-        """React to a new connection to the robot.
+        """React to a new connection to the robot. Its laser gets power, or none, if somebody has asked for that before.
 
         On the first connection the motors are switched on, if the parameter enable_motors_on_start is true.
         """
@@ -96,6 +98,11 @@ class Requests:
                 self._steered.request_motors(True, CONFIRM_TIMEOUT)
             except PioneerError as error:
                 self._warn({"enable_motors_on_start": str(error)})
+        if self._laser_power is not None:
+            try:
+                self._send_laser_power(self._laser_power)
+            except PioneerError as error:
+                self._warn({"laser_power": str(error)})
 
     def motors_answered(self, answer: MotorsAnswered) -> None:
         """Log the answer of the robot to a request to switch its motors on or off."""
@@ -185,6 +192,20 @@ class Requests:
                 raise
         raise NotConfirmedError("asked to switch its sonar %s, the robot did not confirm it within %.0f s"
                                 % (what, CONFIRM_TIMEOUT))
+
+    def switch_laser(self, on: bool) -> str:
+        """Switch the robot's supply of a laser on or off, now and after each reconnect. Return the text of the answer.
+
+        Raises LinkError when there is no link.
+        """
+        self._send_laser_power(on)
+        self._laser_power = on
+        return ("the robot was told to give its laser %s; it does not say whether it does"
+                % ("power: a laser needs up to a minute until it measures" if on else "no power"))
+
+    def _send_laser_power(self, on: bool) -> None:
+        identity = self._robot.identity
+        self._robot.send(laser_power(None if identity is None else identity.config, on))
 
     def reset_odometry(self) -> str:
         """Make the current pose of the robot 0, 0, 0 in the odom frame. Return the text of the answer.
@@ -301,6 +322,7 @@ SERVICES = (
     OfferedService("enable_motors", Empty, lambda self, _: self.switch_motors(True)),
     OfferedService("disable_motors", Empty, lambda self, _: self.switch_motors(False)),
     OfferedService("set_sonar", SetBool, lambda self, request: self.switch_sonar(request.data)),
+    OfferedService("set_laser_power", SetBool, lambda self, request: self.switch_laser(request.data)),
     OfferedService("reset_odometry", Trigger, lambda self, _: self.reset_odometry()),
     OfferedService("teleop/release", Trigger, lambda self, _: self.release()),
 )

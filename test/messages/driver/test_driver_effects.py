@@ -172,6 +172,7 @@ EFFECTS = {
     "pulse": Effect(0.1, lambda run: run.signs_of_life() > 10, False, True),
     "link_check": Effect(False, lambda run: len(run.commands("ENCODER")) > 3, True, False),
     "use_sonar": Effect(False, lambda run: len(run.messages("sonar")) > 0, True, False),
+    "laser_power": Effect(True, lambda run: [value for _, value in run.commands("TIMER", "POWER_LRF")], [], [0x0B01]),
     "max_xspeed": Effect(0.3, lambda run: run.greatest("VEL"), 500, 300),
     "max_yawspeed": Effect(0.5, lambda run: run.greatest("RVEL"), 99, 28),
     "cmd_vel_timeout": Effect(1.2, Run.reaction, 0.6, 1.2),

@@ -519,6 +519,44 @@ def test_the_sonar_stays_as_it_was_told_when_the_link_comes_back(run):
     assert run(script).on == (False, 1)
 
 
+def laser_switches(bottle):
+    return [value & 0xFF for _, name, value in bottle.heard if name in ("TIMER", "POWER_LRF")]
+
+
+@pytest.mark.parametrize("options, wishes, told", [
+    (dict(), [], []),
+    (dict(), [True], [1, 1]),           # told, and again after the reconnect
+    (dict(), [True, False], [1, 0, 0]),
+    (dict(laser_power=True), [], [1, 1]),
+    (dict(laser_power=True), [False], [1, 0, 0]),
+])
+def test_the_laser_has_power_only_when_somebody_asks_for_it(run, options, wishes, told):
+    def script(bottle):
+        yield 0.5
+        for wish in wishes:
+            said_yes, text = yield from ask(bottle, "set_laser_power", wish)
+            assert said_yes and "does not say whether" in text
+            yield 0.3
+        bottle.unplug(for_a_moment=True)
+        while not bottle.robot.link.reconnects:
+            yield 0.1
+        yield 1.0
+
+    assert laser_switches(run(script, **options)) == told
+
+
+def test_without_a_link_the_laser_gets_no_power_later(run):
+    def script(bottle):
+        bottle.unplug()
+        yield 1.0
+        bottle.answer = yield from ask(bottle, "set_laser_power", True)
+        bottle.plug_in()
+        yield 4.0
+
+    bottle = run(script)
+    assert not bottle.answer[0] and "no such port" in bottle.answer[1] and laser_switches(bottle) == []
+
+
 def test_a_time_out_that_is_made_shorter_holds_at_once(run):
     def script(bottle):
         bottle.send("cmd_motor_state", MotorState(1))
