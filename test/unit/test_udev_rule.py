@@ -5,12 +5,14 @@ import re
 
 import pytest
 
+from pioneer_control.laser.parameters import LaserParameters
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 RULES = ROOT / "config" / "99-pioneer.rules"
 
-TOKEN = re.compile(r'(?P<key>[A-Z]+)(?:\{(?P<attribute>\w+)\})?(?P<operator>==|!=|\+=|:=|=)"(?P<value>[^"]*)"')
+TOKEN = re.compile(r'(?P<key>[A-Z]+)(?:\{(?P<attribute>\w+)\})?(?P<operator>==|!=|[+-]=|:=|=)"(?P<value>[^"]*)"')
 MATCHES = {"ACTION", "SUBSYSTEM", "DRIVER", "ATTRS"}
-SETS = {"SYMLINK": "+=", "GROUP": "=", "MODE": "=", "ENV": "=", "ATTR": "="}
+SETS = {"SYMLINK": ("+=", "-="), "GROUP": ("=",), "MODE": ("=",), "ENV": ("=",), "ATTR": ("=",)}
 WITH_ATTRIBUTE = {"ATTRS", "ATTR", "ENV"}
 
 
@@ -24,11 +26,11 @@ def tokens(line):
         if token is None:
             raise ValueError("not key, operator, value: %s" % part)
         key, attribute, operator, value = token.group("key", "attribute", "operator", "value")
-        if operator != ("==" if key in MATCHES else SETS.get(key)):
+        if operator not in (("==",) if key in MATCHES else SETS.get(key, ())):
             raise ValueError("%s does not go with %s" % (key, operator))
         if (attribute is not None) != (key in WITH_ATTRIBUTE):
             raise ValueError("%s and its attribute %s" % (key, attribute))
-        found.append((key if attribute is None else "%s{%s}" % (key, attribute), value))
+        found.append((key if attribute is None else "%s{%s}" % (key, attribute), operator.strip("+=:") + value))
     if len(dict(found)) != len(found):
         raise ValueError("twice the same key: %s" % line)
     keys = {key.partition("{")[0] for key, _ in found}
@@ -43,7 +45,7 @@ def rules():
 
 
 def test_every_adapter_is_named_for_the_group_that_may_use_it():
-    adapters = [rule for rule in rules() if rule["SUBSYSTEM"] == "tty"]
+    adapters = [rule for rule in rules() if rule["SUBSYSTEM"] == "tty" and "ATTRS{idVendor}" in rule]
     for rule in adapters:
         assert (rule["SYMLINK"], rule["GROUP"], rule["MODE"],
                 rule["ENV{ID_MM_DEVICE_IGNORE}"]) == ("pioneer", "dialout", "0660", "1")
@@ -58,12 +60,24 @@ def test_the_other_rule_only_hastens_ftdi_adapters():
     assert other == {"ACTION": "add", "SUBSYSTEM": "usb-serial", "DRIVER": "ftdi_sio", "ATTR{latency_timer}": "1"}
 
 
+def test_the_lasers_adapter_is_told_by_its_number_and_loses_the_robots_name():
+    """The rules of the robot come before it, and may name it."""
+    tty = [rule for rule in rules() if rule["SUBSYSTEM"] == "tty"]
+    no_more, named = tty[-2:]
+    number = named["ATTRS{serial}"]
+    assert no_more == {"SUBSYSTEM": "tty", "ATTRS{serial}": number, "SYMLINK": "-pioneer"}
+    assert named == {"SUBSYSTEM": "tty", "ATTRS{serial}": number, "SYMLINK": "lms200", "GROUP": "dialout",
+                     "MODE": "0660", "ENV{ID_MM_DEVICE_IGNORE}": "1"}
+    assert LaserParameters().port == "/dev/" + named["SYMLINK"]
+    assert [rule for rule in rules() if "ATTRS{serial}" in rule] == [no_more, named]
+
+
 def test_it_is_installed_with_the_package():
     assert re.search(r"install\(DIRECTORY [^)]*\bconfig\b", (ROOT / "CMakeLists.txt").read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize("line", [
-    'SUBSYSTEM="tty", SYMLINK+="pioneer"', 'SUBSYSTEM=="tty", SYMLINK=="pioneer"',
+    'SUBSYSTEM=="tty", GROUP-="dialout"', 'SUBSYSTEM="tty", SYMLINK+="pioneer"', 'SUBSYSTEM=="tty", SYMLINK=="pioneer"',
     'SUBSYSTEM=="tty" SYMLINK+="pioneer"', "SUBSYSTEM==tty, MODE=0660",
     'SUBSYSTEM=="tty", ATTRS=="0403", SYMLINK+="pioneer"', 'SUBSYSTEM=="tty"', 'SYMLINK+="pioneer"',
     'SUBSYSTEM=="tty", SYMLINKS+="pioneer"',

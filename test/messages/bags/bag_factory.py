@@ -11,6 +11,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Point32, Pose, Pose2D, PoseArray, Twist
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rosgraph_msgs.msg import Log
+from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Bool, Header, String
 
 MESSAGES = pathlib.Path(__file__).resolve().parents[3] / "msg"
@@ -124,6 +125,16 @@ def robot_info(transducers):
     message.sonar_poses = [Pose2D(*pose) for pose in transducers.values()]
     message.footprint.points = [Point32(x, y, 0.0) for x, y in SQUARE]
     return message
+
+
+def scans(name="pioneer", seconds=10, rate=5):
+    """Yield (topic, message, seconds) of a laser on a robot, with rays that found nothing and rays that were dazzled."""
+    for step in range(seconds * rate + 1):
+        time = 1000.0 + step / rate
+        ranges = [1.0 + 0.01 * index for index in range(179)] + [math.inf, math.nan]
+        yield "/%s/scan" % name, LaserScan(
+            Header(stamp=genpy.Time.from_sec(time - 0.1), frame_id="laser"), -math.pi / 2, math.pi / 2,
+            math.radians(1.0), 0.0, 0.2, 0.05, 8.183, ranges, []), time
 
 
 def cans(*positions):

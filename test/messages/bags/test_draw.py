@@ -144,6 +144,20 @@ def test_whatever_is_missing_the_rest_is_drawn(drawn, missing):
     assert "odometry" in labels(drawn(without(make.driven(), missing)))
 
 
+def test_scans_of_a_laser_change_nothing(drawn):
+    messages = list(make.driven())
+    assert labels(drawn(messages + list(make.scans()))) == labels(drawn(messages))
+
+
+def test_a_laser_that_is_lost_is_told(tmp_path, drawn):
+    told = [("/diagnostics", make.diagnostics("pioneer/laser", Laser=(2, "no scans: the laser is silent")), 1005.0)]
+    messages = [*make.eventful(seconds=10), *make.scans(), *told]
+    drawn(messages)
+    [report] = [each for each in read_run(make.write_bag(tmp_path / "lost.bag", messages)).faults
+                if each.who == "Laser"]
+    assert report.what == "no scans: the laser is silent"
+
+
 def test_a_robot_that_never_moved(drawn):
     axes = drawn(make.driven(speed=0.0))
     assert any("0.0 m driven" in text for text in texts(axes))
