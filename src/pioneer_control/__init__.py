@@ -10,6 +10,7 @@ The folders:
 ``ptz``        starts such a camera, turns it, and knows where it looks
 ``arm``        the Pioneer Arm: finds it, what moves it, and where its gripper is (no ROS)
 ``robots``     the properties of each robot model, in one data file
+``description`` the URDF of any model, for RViz and tf
 ``client``     drive a robot from plain Python over a serial port, TCP or a WebSocket
 ``driver``     the ROS node around the client
 ``simulator``  a simulated robot: world, body, firmware (only its node uses ROS)

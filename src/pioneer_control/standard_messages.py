@@ -17,13 +17,13 @@ from tf2_msgs.msg import TFMessage
 
 from .message_values import NO_ECHO, quaternion_of
 from .msg import RobotInfo
-from .robots import RobotModel, Transducer
+from .robots import SONAR_HEIGHT, RobotModel, Transducer
 
 MIN_RANGE = 0.1
 """The shortest range (m) that a transducer can measure. For a nearer obstacle we publish this range."""
 FIELD_OF_VIEW = math.radians(25)
-HEIGHT = 0.17
-"""The height (m) of the transducers above the floor on a Pioneer 3. We use it for all models."""
+HEIGHT = SONAR_HEIGHT
+"""The height (m) of the transducers above the floor. We use that of a Pioneer 3 for all models."""
 
 POINT = struct.Struct("<fff")
 FIELDS = [PointField(axis, 4 * place, PointField.FLOAT32, 1) for place, axis in enumerate("xyz")]

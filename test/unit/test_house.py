@@ -44,6 +44,7 @@ ROOMS = {
     # client: the levels of diagnostics
     "arm": {"p2os", "client"},
     "robots": {"p2os", "parameters"},
+    "description": {"parameters", "pictures", "ros_node", "robots", "msg"},
     "client": {"port_url", "wire_fields", "p2os", "robots"},
     "maps": {"floor_poses", "parameters", "whole_file"},
     "navigation": {"floor_poses", "maps", "message_values", "parameters", "robots"},
@@ -62,17 +63,18 @@ ROOMS = {
             "client", "bags", "msg"},
 }
 # Files that may use ROS, by the start of their path in the package.
-ROS_PLACES = ("ros_node.py", "diagnostics_thread.py", "standard_messages.py", "driver/", "tutorial/", "bags/",
-              "teleop/node.py", "laser/node.py", "navigation/node/", "web/graph.py", "web/graph_navigation.py",
-              "web/node.py", "simulator/node.py")
+ROS_PLACES = ("ros_node.py", "diagnostics_thread.py", "standard_messages.py", "description/node.py", "driver/",
+              "tutorial/", "bags/", "teleop/node.py", "laser/node.py", "navigation/node/", "web/graph.py",
+              "web/graph_navigation.py", "web/node.py", "simulator/node.py")
 ROS_MODULES = {"rospy", "tf", "tf2_ros", "dynamic_reconfigure", "genpy", "rosbag", "rosgraph", "roslaunch", "roslib",
                "rospkg", "rostest", "rostopic", "nav_msgs", "geometry_msgs", "sensor_msgs", "std_msgs", "std_srvs",
                "tf2_msgs", "actionlib", "actionlib_msgs", "move_base_msgs", "rosgraph_msgs", "diagnostic_msgs",
                "diagnostic_updater", "visualization_msgs"}
 # Heavy or special libraries, and the only places that may use them.
 LIBRARY_PLACES = {"serial": ("client/serial_port",), "websocket": ("client/web_socket",),
-                  "matplotlib": ("bags/", "simulator/picture"), "PIL": ("maps/ros_map",), "tqdm": ("bags/",),
-                  "evdev": ("teleop/gamepad",), "scipy": ("navigation/",), "tornado": ("web/server.py",),
+                  "matplotlib": ("bags/", "simulator/picture", "description/picture"),
+                  "PIL": ("maps/ros_map",), "tqdm": ("bags/",), "evdev": ("teleop/gamepad",),
+                  "scipy": ("navigation/",), "tornado": ("web/server.py",),
                   "qrcode": ("web/qr.py",)}
 
 # Modules that come with packages that package.xml names: genpy with message_runtime, rosgraph and rospkg with rospy.

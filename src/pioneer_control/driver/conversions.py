@@ -24,7 +24,7 @@ from .parameters import UNKNOWN, DriverParameters
 SONAR_LIFETIME = 2.0
 """The age (s) at which a sonar reading is too old to publish. A full round of a sonar array takes 0.32 s."""
 WHEEL_JOINTS = ("left_wheel_joint", "right_wheel_joint")
-"""The names of the wheel joints in urdf/: left, right."""
+"""The names of the wheel joints in the URDF that `description` makes: left, right."""
 COMPASS_VARIANCE = 0.01
 """The variance (rad^2) of a compass heading. A floor can bend the earth's magnetic field by some degrees."""
 GYRO_VARIANCE = 1e-4

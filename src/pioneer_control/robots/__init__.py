@@ -9,10 +9,11 @@ announces when it connects. A user's own file of the same form can replace any v
 ``model`` holds the values of one model.
 """
 
-from .model import ARRAY_SIZE, HALF_CONE, GripperShape, LaserPlace, RobotModel, Transducer
+from .model import (ARRAY_SIZE, HALF_CONE, SONAR_HEIGHT, BodyShape, GripperShape, LaserPlace, RobotModel,
+                    Transducer)
 from .table import ModelTable, find_model, load_table
 
 __all__ = [
-    "ARRAY_SIZE", "HALF_CONE", "GripperShape", "LaserPlace", "ModelTable", "RobotModel", "Transducer", "find_model",
-    "load_table",
+    "ARRAY_SIZE", "HALF_CONE", "SONAR_HEIGHT", "BodyShape", "GripperShape", "LaserPlace", "ModelTable", "RobotModel",
+    "Transducer", "find_model", "load_table",
 ]

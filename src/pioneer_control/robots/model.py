@@ -16,6 +16,8 @@ Point = Tuple[float, float]
 ARRAY_SIZE = 8          # transducers are wired in arrays of eight, by number (ARCOS manual)
 HALF_CONE = math.radians(12.5)
 """Half the opening angle (rad) of the cone in which a transducer hears."""
+SONAR_HEIGHT = 0.17
+"""The height (m) of the transducers above the floor on a Pioneer 3. We use it for the sonar frames of all models."""
 GRIP_STATE_FIRST = frozenset(["AROS", "ARCOS", "AmigoSH"])
 
 
@@ -41,6 +43,31 @@ class LaserPlace(NamedTuple):
     y: float
     z: Optional[float] = None
     upside_down: bool = False
+
+
+@dataclass(frozen=True)
+class BodyShape:
+    """How a robot looks in pictures (m; base_link). All of it is by eye; only pictures use it.
+
+    The hull is below and the deck above the ring of sonar transducers. A tower has a second deck with a ring of its
+    own. ``height``, ``clearance`` (the underside of the hull), ``ring`` (bottom and top) and ``tower`` (its top; 0
+    without one) are heights above the floor. ``overhang`` is from the front of the deck to the front of the hull.
+    ``axles`` are the places (x) of the pairs of wheels, and ``castors`` those of the castors. ``upper_arrays`` are the
+    sonar arrays in the tower (0 has the transducers 0 to 7).
+    """
+
+    height: float
+    clearance: float
+    ring: Tuple[float, ...]
+    overhang: float
+    wheel_radius: float
+    wheel_width: float
+    wheels_inside: bool
+    axles: Tuple[float, ...]
+    castors: Tuple[float, ...]
+    castor_radius: float
+    tower: float
+    upper_arrays: Tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -81,7 +108,7 @@ class RobotModel:
 
     ``length_front`` and ``length_rear`` begin at the centre of rotation. ``sonar`` holds the fitted transducers in the
     order of their numbers, which may have gaps. ``wheel_radius`` is None when it is not known, and so is ``laser``, the
-    place of the first laser, if one is fitted.
+    place of the first laser, if one is fitted. ``shape`` is for pictures only.
     """
 
     subtype: str
@@ -103,6 +130,7 @@ class RobotModel:
     battery_class: int
     can_carry_gripper: bool
     gripper: GripperShape
+    shape: BodyShape
     wheel_radius: Optional[float] = None
     laser: Optional[LaserPlace] = None
 

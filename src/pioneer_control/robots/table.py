@@ -10,11 +10,11 @@ from typing import Any, Callable, Dict, Iterator, NamedTuple, Optional, Tuple
 import yaml
 
 from ..errors import UnknownModelError, UsageError
-from ..parameters import Choice, Number, Switch, Whole, nearest
-from .model import GripperShape, LaserPlace, RobotModel, Transducer
+from ..parameters import Choice, Number, Numbers, Switch, Whole, nearest
+from .model import BodyShape, GripperShape, LaserPlace, RobotModel, Transducer
 
 OWN_FILE = os.path.join(os.path.dirname(__file__), "models.yaml")
-SECTIONS = ("gripper", "sonar_layouts", "aliases", "excluded", "models")
+SECTIONS = ("gripper", "sonar_layouts", "shapes", "aliases", "excluded", "models")
 FAMILIES = ("PSOS", "P2OS", "AROS", "ARCOS", "AmigOS", "AmigoSH", "uARCS", "MARCOS")
 MOST_TRANSDUCERS = 32
 Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -25,11 +25,16 @@ def _metres(value_mm: float) -> float:
     return value_mm / 1000.0
 
 
+def _all_metres(values_mm: Tuple[float, ...]) -> Tuple[float, ...]:
+    """Convert lengths from millimetres to metres."""
+    return tuple(map(_metres, values_mm))
+
+
 class Key(NamedTuple):
     """How to read one key of a models file.
 
-    ``field`` is the name of the field of RobotModel or GripperShape. ``kind`` checks the value. ``convert`` converts it
-    to the unit of the field, for example from mm to m.
+    ``field`` is the name of the field of RobotModel, GripperShape and so on. ``kind`` checks the value. ``convert``
+    converts it to the unit of the field, for example from mm to m.
     """
 
     field: str
@@ -79,6 +84,20 @@ GRIPPER_KEYS: Dict[str, Key] = {
     "grasp_time_s": Key("grasp_time", Number(0)),
     "min_object_mm": Key("min_object", Number(0), _metres),
     "max_object_mm": Key("max_object", Number(0), _metres),
+}
+SHAPE_KEYS: Dict[str, Key] = {
+    "height_mm": Key("height", Number(1), _metres),
+    "clearance_mm": Key("clearance", Number(0), _metres),
+    "ring_mm": Key("ring", Numbers(2, 0, 1e4), _all_metres),
+    "overhang_mm": Key("overhang", Number(0), _metres),
+    "wheel_radius_mm": Key("wheel_radius", Number(1), _metres),
+    "wheel_width_mm": Key("wheel_width", Number(1), _metres),
+    "wheels_inside": Key("wheels_inside", Switch()),
+    "axles_mm": Key("axles", Numbers(None, -1e4, 1e4), _all_metres),
+    "castors_mm": Key("castors", Numbers(None, -1e4, 1e4), _all_metres),
+    "castor_radius_mm": Key("castor_radius", Number(1), _metres),
+    "tower_mm": Key("tower", Number(0), _metres),
+    "upper_arrays": Key("upper_arrays", Numbers(None, 0, 3), lambda numbers: tuple(map(int, numbers))),
 }
 
 
@@ -223,10 +242,11 @@ def _model(name: str, content: Dict[str, Dict[str, Any]], gripper: GripperShape,
     """Return the model ``name`` from the sections of a models file. Raises UsageError when a value is not legal."""
     where = "%s: model %s" % (source, name)
     values = dict(DEFAULTS, **_resolved(name, content["models"], source))
-    sonar, laser = values.pop("sonar", ()), values.pop("laser", "none")
+    sonar, laser, shape = values.pop("sonar", ()), values.pop("laser", "none"), values.pop("shape", "box")
     fields = _converted(where, values, MODEL_KEYS)
     return RobotModel(subtype=name, sonar=tuple(_transducers(where, sonar, content["sonar_layouts"])),
-                      gripper=gripper, laser=_laser("%s: laser" % where, laser), **fields)
+                      gripper=gripper, laser=_laser("%s: laser" % where, laser),
+                      shape=_shape(where, shape, content["shapes"]), **fields)
 
 
 def _laser(where: str, laser: Any) -> Optional[LaserPlace]:
@@ -237,6 +257,16 @@ def _laser(where: str, laser: Any) -> Optional[LaserPlace]:
         raise UsageError("%s is %r, but must be none, or a mapping with %s" % (where, laser, ", ".join(LASER_KEYS)))
     keys = {name: key for name, key in LASER_KEYS.items() if name in laser or name not in NOT_NEEDED}
     return LaserPlace(**_converted(where, laser, keys))
+
+
+def _shape(where: str, name: Any, shapes: Dict[str, Any]) -> BodyShape:
+    """Return the shape ``name`` of the section ``shapes``. Raises UsageError when there is none, or it is not legal."""
+    if name not in list(shapes):
+        raise UsageError("%s: unknown shape %r (known: %s)" % (where, name, ", ".join(shapes)))
+    where = "%s: shape %s" % (where, name)
+    if not isinstance(shapes[name], dict):
+        raise UsageError("%s must be a mapping, not %r" % (where, shapes[name]))
+    return BodyShape(**_converted(where, shapes[name], SHAPE_KEYS))
 
 
 def _transducers(where: str, sonar: Any, layouts: Dict[str, Any]) -> Iterator[Transducer]:

@@ -1,17 +1,21 @@
-"""The content of the launch files, the URDF and the RViz configuration. Nothing is started."""
+"""The content of the launch files, what describes the robot, and the RViz configuration. Nothing is started."""
 
 import pathlib
 import shlex
 import xml.etree.ElementTree as ElementTree
 
-import numpy as np
 import pytest
 import yaml
 from roslaunch.config import load_config_default
 
 from pioneer_control.bags.command_line import parser_of
 from pioneer_control.bags.replaying import redrive, replay, rerun
+from pioneer_control.description import Parts, describe
+from pioneer_control.description.node import DescriptionParameters, fitted
 from pioneer_control.driver.conversions import WHEEL_JOINTS
+from pioneer_control.errors import UsageError
+from pioneer_control.msg import RobotInfo
+from pioneer_control.parameters import check
 from pioneer_control.robots import find_model
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
@@ -67,65 +71,56 @@ class TestReplay:
         assert "'rewind': there are look, rerun, redrive" in capsys.readouterr().err
 
 
-class TestShape:
-    @pytest.fixture
-    def urdf(self):
-        return ElementTree.parse(ROOT / "urdf" / "pioneer3dx.urdf").getroot()
+def test_the_wheels_of_a_description_are_those_of_joint_states():
+    """As joint_states name them: else the wheels have no tf."""
+    urdf = ElementTree.fromstring(describe(find_model("p3dx-sh")))
+    turning = {joint.get("name"): joint.find("axis").get("xyz")
+               for joint in urdf.findall("joint") if joint.get("type") != "fixed"}
+    assert turning == dict.fromkeys(WHEEL_JOINTS, "0.0000 1.0000 0.0000")
+
+
+class TestDescription:
+    """What the node of description.launch describes, from what the robot says and what the user says."""
 
     @staticmethod
-    def boxes(urdf, link):
-        """Return (centre, size) of each box of a link, in the link's frame."""
-        visuals = urdf.findall("link[@name='%s']/visual" % link)
-        return [
-            (np.fromstring(visual.find("origin").get("xyz"), sep=" "),
-             np.fromstring(visual.find("geometry/box").get("size"), sep=" "))
-            for visual in visuals
-            if visual.find("geometry/box") is not None
-        ]
+    def said(subtype="p3dx-sh", has_gripper=True, sonar_numbers=range(8)):
+        return RobotInfo(subtype=subtype, has_gripper=has_gripper, sonar_numbers=list(sonar_numbers))
 
-    def test_everything_hangs_together_and_only_the_wheels_turn(self, urdf):
-        joints = urdf.findall("joint")
-        turning = {joint.get("name"): joint for joint in joints if joint.get("type") != "fixed"}
-        assert set(turning) == set(WHEEL_JOINTS), "as joint_states name them: else the wheels have no tf"
-        assert {(joint.get("type"), joint.find("axis").get("xyz"))
-                for joint in turning.values()} == {("continuous", "0 1 0")}
-        assert {joint.find("parent").get("link") for joint in joints} == {"base_link"}
-        links = {link.get("name") for link in urdf.findall("link")}
-        assert links == {"base_link"} | {joint.find("child").get("link") for joint in joints}
+    def test_it_is_the_robot_that_is_there_with_what_is_fitted(self):
+        model, parts = fitted(DescriptionParameters(), self.said())
+        assert (model.subtype, len(model.sonar), parts) == ("p3dx-sh", 8, Parts(gripper=True))
+        assert fitted(DescriptionParameters(), self.said(has_gripper=False))[1] == Parts()
 
-    def test_wheels_are_as_large_as_the_models_and_stand_on_the_floor_each_on_its_side(self, urdf):
-        radius = find_model("p3dx-sh").wheel_radius
-        sides = []
-        for name in WHEEL_JOINTS:
-            joint = urdf.find("joint[@name='%s']" % name)
-            drawn = urdf.findall("link[@name='%s']/visual/geometry/cylinder" % joint.find("child").get("link"))
-            _, y, z = map(float, joint.find("origin").get("xyz").split())
-            assert (max(float(cylinder.get("radius")) for cylinder in drawn), z) == (radius, radius)
-            sides.append(y)
-        assert sides[0] > 0 > sides[1], "left, right"
+    def test_a_model_that_is_given_has_what_it_can_have(self):
+        model, parts = fitted(DescriptionParameters(model="P3DX-SH", ptz=True), None)
+        assert (len(model.sonar), parts) == (16, Parts(gripper=True, ptz=True))
+        assert fitted(DescriptionParameters(model="p3at-sh", laser=True, arm=True), None)[1] == Parts(
+            laser=True, arm=True)
 
-    def test_length_is_the_models(self, urdf):
-        model = find_model("p3dx-sh")
-        ends = [centre[0] + side * size[0] / 2 for centre, size in self.boxes(urdf, "base_link") for side in (-1, 1)]
-        assert (max(ends), min(ends)) == pytest.approx((model.length_front, -model.length_rear), abs=1e-3)
+    def test_the_user_knows_better_whether_there_is_a_gripper(self):
+        assert fitted(DescriptionParameters(gripper=False), self.said())[1] == Parts()
+        assert fitted(DescriptionParameters(gripper=True), self.said(has_gripper=False))[1] == Parts(gripper=True)
 
-    def test_transducers_are_the_models(self, urdf):
-        drawn = [
-            np.fromstring(visual.find("origin").get("xyz"), sep=" ")[:2]
-            for visual in urdf.findall("link[@name='sonar']/visual")
-            if visual.find("material").get("name") == "gold"
-        ]
-        fitted = [(transducer.x, transducer.y) for transducer in find_model("p3dx-sh").sonar]
-        assert np.array(drawn) == pytest.approx(np.array(fitted), abs=0.005)
+    def test_a_model_that_nobody_knows_is_refused(self):
+        with pytest.raises(UsageError, match="unknown robot model 'p9'"):
+            fitted(DescriptionParameters(), self.said("p9"))
 
-    def test_paddles_are_open_as_wide_and_reach_as_far_as_the_models(self, urdf):
-        model = find_model("p3dx-sh")
-        gripper = model.gripper
-        palm = float(urdf.find("joint[@name='gripper_joint']/origin").get("xyz").split()[0])
-        left, right = (box for box in self.boxes(urdf, "gripper")
-                       if box[1][0] == pytest.approx(gripper.paddle_length))
-        assert palm + left[0][0] + left[1][0] / 2 == pytest.approx(model.length_front + gripper.reach)
-        assert left[0][1] - right[0][1] - gripper.paddle_thickness == pytest.approx(gripper.opening)
+    @pytest.mark.parametrize("launch, arguments", [
+        ("description.launch", []), ("view.launch", ["rviz:=false"]), ("pioneer.launch", ["description:=true"])])
+    def test_each_launch_file_gives_what_the_node_takes(self, launch, arguments):
+        config = load_config_default([(str(ROOT / "launch" / launch), arguments)], None, verbose=False)
+        (found,) = [each for each in config.nodes if each.type == "description"]
+        assert (found.namespace, found.name) == ("/pioneer/", "robot_state_publisher")
+        given = {name.rpartition("/")[2]: param.value for name, param in config.params.items()
+                 if name.startswith("/pioneer/robot_state_publisher/")}
+        assert set(given) >= {"model", "gripper", "laser", "frame_prefix"}
+        assert check(DescriptionParameters, given) == (DescriptionParameters(), [])
+
+    def test_another_robots_links_have_its_prefix(self):
+        launch = (str(ROOT / "launch" / "view.launch"), ["robot:=two", "rviz:=false", "model:=amigo"])
+        params = load_config_default([launch], None, verbose=False).params
+        assert params["/two/robot_state_publisher/frame_prefix"].value == "two/"
+        assert params["/two/robot_state_publisher/model"].value == "amigo"
 
 
 def test_rviz_shows_the_topics_of_the_robot_in_whose_namespace_it_is():

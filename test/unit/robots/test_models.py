@@ -238,3 +238,26 @@ def test_a_users_file_moves_a_laser_or_takes_it_away(user_file):
 def test_a_laser_that_makes_no_sense(user_file, laser, message):
     with pytest.raises(UsageError, match=message):
         find_model("p3dx-sh", user_file("models: {p3dx-sh: {laser: %s}}" % laser))
+
+
+def test_a_model_without_a_shape_is_drawn_as_a_box(user_file):
+    path = user_file("models: {mine: {sonar: none, firmware_family: ARCOS, length_front_mm: 200, length_rear_mm: 200,"
+                     " width_mm: 400,"
+                     " max_linear_mm_s: 1000, max_angular_deg_s: 100, angle_units_per_turn: 4096, dist_mm_per_unit: 1,"
+                     " vel_mm_s_per_unit: 1, range_mm_per_unit: 1, diff_rad_per_mm: 0.005, vel2_mm_s_per_unit: 20,"
+                     " front_bumpers: 0, rear_bumpers: 0, battery_v: 12, can_carry_gripper: false},"
+                     " other: {like: mine, shape: amigobot}}")
+    assert find_model("mine", path).shape.height == 0.25
+    assert find_model("other", path).shape == find_model("amigo").shape
+    assert find_model("mine", path).shape not in [model.shape for model in load_table().models.values()]
+
+
+@pytest.mark.parametrize("text, message", [
+    ("models: {p3dx-sh: {shape: round}}", r"unknown shape 'round' \(known: box, pioneer_dx, "),
+    ("models: {p3dx-sh: {shape: [1]}}", r"unknown shape \[1\]"),
+    ("shapes: {pioneer_dx: 3}", "shape pioneer_dx must be a mapping, not 3"),
+    ("shapes: {pioneer_dx: {height_mm: 3}}", "shape pioneer_dx lacks clearance_mm"),
+])
+def test_a_shape_that_makes_no_sense(user_file, text, message):
+    with pytest.raises(UsageError, match=message):
+        load_table(user_file(text))
