@@ -127,6 +127,22 @@ class Numbers(NamedTuple):
         return tuple(map(Number(self.low, self.high).accept, numbers))
 
 
+class Wholes(NamedTuple):
+    """A list of whole numbers, each in [low, high]. It may be empty."""
+
+    low: int
+    high: int
+
+    @property
+    def legal(self) -> str:
+        """The description of the legal lists, for people."""
+        return "whole numbers%s, as a list" % _range(self.low, self.high, "%d")
+
+    def accept(self, value: Any) -> Tuple[int, ...]:
+        """Return the numbers. Raises ValueError when the list is not legal."""
+        return tuple(map(Whole(self.low, self.high).accept, _sure(value, isinstance(value, (list, tuple)))))
+
+
 class Switch(NamedTuple):
     """A bool: True or False. Other values that could mean the same (1, "yes") are not legal."""
 

@@ -75,6 +75,25 @@ def turns_in_a_turn(rig):
     return rig.firmware.true_pose[2] / rig.state.heading
 
 
+def firings(rig):
+    """Return the numbers of the sonars that report in half a second, in order, and drop what was before."""
+    rig.firmware.hardware.sonar.take_readings(1)
+    heard, end = [], rig.now + 0.5
+    while rig.now < end:
+        rig.run(0.1)
+        heard += [number for number, reading in enumerate(rig.state.sonar)
+                  if reading is not None and reading.time == rig.state.time]
+    return heard
+
+
+def tens_of_firings_in_half_a_second(rig):
+    return round(len(firings(rig)) / 10)
+
+
+def sonars_that_fire(rig):
+    return len(set(firings(rig)))
+
+
 def reported(field):
     """Return a function that gives one field of the CONFIGpac which the client has read from the robot."""
     return lambda rig: getattr(rig.session.connected.identity.config, field)
@@ -96,6 +115,8 @@ EFFECTS = {
     "ticks_mm": (64, metres_in_a_metre, 1.0, 0.5),
     "drift_factor": (-7, reported("drift_factor"), 0, -7),
     "rev_count": (33140, turns_in_a_turn, 1.0, 2.0),
+    "sonar_cycle": (0.1, tens_of_firings_in_half_a_second, 5, 2),
+    "sonar_polling": ((0, 8, 16, 24), sonars_that_fire, 32, 4),
 }
 
 
@@ -146,11 +167,14 @@ def test_what_is_beyond_the_robots_top_is_reported_as_not_taken():
 @pytest.mark.parametrize(
     "subtype", sorted({model.firmware_family: name for name, model in sorted(load_table().models.items())}.values()))
 def test_each_family_of_firmware_takes_what_it_knows_and_no_other_hears_of_it(subtype):
+    sonar = [transducer.number for transducer in load_table().models[subtype].sonar]
     told = {name: value for name, (value, *_) in EFFECTS.items()}
+    told["sonar_polling"] = tuple(sonar[:1]) or None
     run = Rig(subtype, tuning=Tuning(**told))
     run.until(lambda: run.of(Tuned))
     for change in run.of(Tuned)[0].changes:
         assert (change.new == pytest.approx(change.wanted) or change.name == "bump_stall" or
+                change.name == "sonar_polling" and not change.problem or
                 "firmware does not know" in change.problem), str(change)
     assert not run.firmware.unknown_commands & {row.command for row in ROWS.values()}
 

@@ -10,7 +10,7 @@ from .. import p2os
 from .events import Tuned
 from .identity import CONFIG, RobotIdentity
 from .link import Link
-from .tuning import ROWS, Change
+from .tuning import ROWS, Change, Value
 
 TRIES = 4               # rounds in which a value is sent
 AGAIN = 0.4             # s for the answer to a round: CONFIGpac alone takes 0.14 s at 9600 baud
@@ -20,7 +20,7 @@ class Tuner:
     """Sends the settings of one connected robot, and reports the result. ``now`` is monotonic time in s.
 
     The first values are sent when the robot has shown that it stands, later values at once. Each round ends with a
-    request for CONFIGpac. CONFIGpac never shows bump_stall, so bump_stall is sent in every round.
+    request for CONFIGpac. CONFIGpac never shows bump_stall and sonar_polling, so they are sent in every round.
 
     Args:
         link: the link of the robot. Its ``settings`` have the values, and its ``events`` get the result (Tuned).
@@ -32,7 +32,7 @@ class Tuner:
         self._identity = identity
         self.waits_for_rest = True
         """True until the robot has shown that it stands. Until then nothing is sent."""
-        self._told: Dict[str, float] = {}               # all values that were sent to this robot
+        self._told: Dict[str, Value] = {}               # all values that were sent to this robot
         self._before: Dict[str, Optional[float]] = {}   # values that are being sent: what the robot had
         self._own = identity.config
         self._answer: Optional[p2os.Config] = None      # to the present round
@@ -69,7 +69,7 @@ class Tuner:
         if now >= self.due:
             self._judge(now)
 
-    def _wanted(self) -> Dict[str, float]:
+    def _wanted(self) -> Dict[str, Value]:
         wanted = dict(self._link.settings.tuning.values)
         for name in [name for name in self._told if name not in wanted]:
             own = ROWS[name].shown(self._own)
@@ -77,8 +77,9 @@ class Tuner:
                 wanted[name] = own
             elif not self._unknown(name):
                 self._before.pop(name, None)
-                problem = "what it had itself is not known: it stays %.6g until the next connect" % self._told.pop(name)
-                change = Change(name, ROWS[name].unit, None, None, None, problem)
+                told = Change(name, ROWS[name].unit, self._told.pop(name), None, None)
+                problem = "what it had itself is not known: it stays %s until the next connect" % told.wanted_text
+                change = told._replace(wanted=None, problem=problem)
                 self._link.events.append(Tuned((change,), self._identity))
         return wanted
 
@@ -105,7 +106,10 @@ class Tuner:
         return self._unknown(name) or self._taken(name)
 
     def _unknown(self, name: str) -> bool:
-        return not p2os.knows(self._identity.model.firmware_family, ROWS[name].command)
+        return bool(self._why_not(name))
+
+    def _why_not(self, name: str) -> str:
+        return ROWS[name].why_not(self._identity.model, self._told[name])
 
     def _taken(self, name: str) -> bool:
         shown, number = ROWS[name].shown(self._answer), ROWS[name].number
@@ -116,7 +120,7 @@ class Tuner:
         reported = row.shown(self._answer)
         problem = ""
         if self._unknown(name):
-            problem = "%s firmware does not know %s" % (self._identity.model.firmware_family, row.command)
+            problem = self._why_not(name)
         elif row.config and reported is None:
             problem = "sent, but the robot does not report it"
         elif row.config and not self._taken(name):

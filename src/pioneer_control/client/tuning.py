@@ -1,18 +1,24 @@
-"""Settings of the robot itself (ramps, PID, bumpers, calibration): a table of their commands and CONFIGpac fields.
+"""Settings of the robot itself (ramps, PID, calibration, sonar): a table of their commands and CONFIGpac fields.
 
 The robot forgets these settings at CLOSE (protocol 2.5). So the client sends them again after each OPEN: see `tuner`.
 """
 
 import math
 from dataclasses import dataclass, field, fields
-from typing import Any, Dict, NamedTuple, Optional
+from typing import Any, Dict, NamedTuple, Optional, Tuple, Union
 
 from .. import p2os
 from ..errors import ParameterError
+from ..robots import ARRAY_SIZE, RobotModel
 
 MM = 0.001                      # m, or m/s^2
 DEGREE = math.radians(1)        # rad, or rad/s^2
 INT, UINT = 0x7FFF, 0xFFFF      # the largest signed and unsigned numbers that a command can carry
+SONARS = 32                     # numbers of transducers in the protocol
+LONGEST_SEQUENCE = 16           # firings of one array (protocol 3.1, POLLING)
+
+Value = Union[float, Tuple[int, ...]]
+"""The value of a setting: a number, or a sequence of transducer numbers."""
 
 
 class TuningRow(NamedTuple):
@@ -31,11 +37,12 @@ class TuningRow(NamedTuple):
     unit: str = ""
     sign: int = 1
 
-    def number(self, value: float) -> int:
+    def number(self, value: Any) -> int:
         """Return a value (in the setting's ``unit``) as the whole number that CONFIGpac has for it."""
-        return int(value) if self.scale is None else round(value / self.scale)
+        number: int = int(value) if self.scale is None else round(value / self.scale)
+        return number
 
-    def packet(self, value: float) -> bytes:
+    def packet(self, value: Any) -> bytes:
         """Return the packet that sets this value (in the setting's ``unit``) in the robot."""
         return p2os.encode_command(self.command, self.sign * self.number(value))
 
@@ -43,6 +50,11 @@ class TuningRow(NamedTuple):
         """Return the value in CONFIGpac (in the setting's ``unit``); None without CONFIGpac or without such a field."""
         number: Optional[int] = None if config is None or self.config is None else getattr(config, self.config)
         return number if number is None or self.scale is None else number * self.scale
+
+    def why_not(self, model: RobotModel, value: Value) -> str:
+        """Return why a robot of this model cannot have a value; empty if it can."""
+        family = model.firmware_family
+        return "" if p2os.knows(family, self.command) else "%s firmware does not know %s" % (family, self.command)
 
     def check(self, name: str, value: Any) -> None:
         """Check a value (in the setting's ``unit``). Raises ParameterError with ``name``, value and what is legal."""
@@ -52,6 +64,32 @@ class TuningRow(NamedTuple):
             legal = ("a whole number from %d to %d" % (self.low, self.high) if self.scale is None else
                      "%.4g to %.6g %s" % (self.low * self.scale, self.high * self.scale, self.unit))
             raise ParameterError("%s is %r; legal: %s, or None to leave it as the robot has it" % (name, value, legal))
+
+
+class SequenceRow(TuningRow):
+    """The setting whose value is a sequence of transducer numbers, from 0. The command has them from 1, as bytes."""
+
+    def number(self, value: Any) -> Any:
+        """Return the value itself: no field of CONFIGpac shows it."""
+        return value
+
+    def packet(self, value: Any) -> bytes:
+        """Return the packet that sets this sequence in the robot."""
+        return p2os.encode_command(self.command, bytes(number + 1 for number in value))
+
+    def why_not(self, model: RobotModel, value: Any) -> str:
+        """Return why a robot of this model cannot have a value: it lacks a transducer; empty if it can."""
+        lacking = sorted(set(value) - {transducer.number for transducer in model.sonar})
+        return "this robot has no sonar %s" % ", ".join(map(str, lacking)) if lacking else super().why_not(model, value)
+
+    def check(self, name: str, value: Any) -> None:
+        """Check a sequence. Raises ParameterError with ``name``, value and what is legal."""
+        numbers = isinstance(value, tuple) and all(type(each) is int and 0 <= each < SONARS for each in value)
+        if not numbers or not value or any(
+                sum(each // ARRAY_SIZE == array for each in value) > LONGEST_SEQUENCE for array in range(4)):
+            raise ParameterError(
+                "%s is %r; legal: a tuple of sonar numbers from 0 to %d, at most %d of each array of %d, or None to"
+                " leave it as the robot has it" % (name, value, SONARS - 1, LONGEST_SEQUENCE, ARRAY_SIZE))
 
 
 def _row(*row: Any, **more: Any) -> Any:
@@ -87,13 +125,20 @@ class Tuning:
     """Straight-line correction."""
     rev_count: Optional[int] = _row("REVCOUNT", "rev_count", 1, UINT)
     """Differential encoder count of a full turn."""
+    sonar_cycle: Optional[float] = _row("SONARCYCLE", "sonar_cycle_ms", 2, 120, MM, "s")
+    """Time (s) between two firings of each sonar array."""
+    sonar_polling: Optional[Tuple[int, ...]] = field(default=None, metadata={"row": SequenceRow("POLLING", None, 0, 0)})
+    """The order in which sonars fire, by number. Arrays of eight (0 to 7, 8 to 15, ...) fire at the same time, each
+    the numbers of its own in turn. A sonar may be there several times. One that is left out does not fire, if its array
+    has another one here; other arrays keep their order. No packet shows it, so it is sent a few times.
+    """
 
     def __post_init__(self) -> None:
         for name, value in self.values.items():
             ROWS[name].check(name, value)
 
     @property
-    def values(self) -> Dict[str, float]:
+    def values(self) -> Dict[str, Value]:
         """The settings that are not None, by name, in the order in which they are sent."""
         return {name: getattr(self, name) for name in ROWS if getattr(self, name) is not None}
 
@@ -107,7 +152,7 @@ class Change(NamedTuple):
 
     name: str
     unit: str
-    wanted: Optional[float]
+    wanted: Optional[Value]
     """The value that was sent; None when the robot was to have its own value back, and nobody knows this value."""
     old: Optional[float]
     """The value that CONFIGpac showed before; None when CONFIGpac did not show it."""
@@ -117,8 +162,19 @@ class Change(NamedTuple):
     """Why the robot does not have the wanted value, or does not report it; empty when there is no problem."""
 
     def __str__(self) -> str:
-        old, new, wanted = ("?" if value is None else "%.4g %s" % (value, self.unit) if self.unit else "%d" % value
-                            for value in (self.old, self.new, self.wanted))
+        old, new, wanted = self._text(self.old), self._text(self.new), self.wanted_text
         if self.problem:
             return "%s %s -> %s, wanted %s: %s" % (self.name, old, new, wanted, self.problem)
         return "%s set to %s" % (self.name, wanted) if self.new is None else "%s %s -> %s" % (self.name, old, new)
+
+    @property
+    def wanted_text(self) -> str:
+        """The wanted value with its unit, for people."""
+        return self._text(self.wanted)
+
+    def _text(self, value: Optional[Value]) -> str:
+        if value is None:
+            return "?"
+        if isinstance(value, tuple):
+            return ", ".join(map(str, value))
+        return "%.4g %s" % (value, self.unit) if self.unit else "%d" % value

@@ -10,7 +10,8 @@ from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Tuple
 from ..client import Tuning, VelocityInput
 from ..errors import ParameterError
 from ..p2os import BAUD_RATES
-from ..parameters import AutoSwitch, Choice, Number, Numbers, Rate, Switch, Text, Whole, check, check_old, parameter
+from ..parameters import (AutoSwitch, Choice, Number, Numbers, Rate, Switch, Text, Whole, Wholes, check, check_old,
+                          parameter)
 from ..ptz import Cabling, CameraSettings
 from ..ptz.view import Place3
 from ..vcc4 import CAMERA_MODELS, TELE_DEG, WIDE_DEG, count_of
@@ -54,6 +55,8 @@ TUNING = {
     "ticks_mm": "ticks_mm",
     "drift_factor": "drift_factor",
     "rev_count": "rev_count",
+    "sonar_cycle": "sonar_cycle",
+    "sonar_polling": "sonar_polling",
 }
 """The parameters that the driver sets in the robot itself: from our name to the name in client.Tuning.
 
@@ -118,6 +121,10 @@ class DriverParameters:
     drift_factor: int = parameter(NO_DRIFT_GIVEN, Whole(NO_DRIFT_GIVEN, 32767),
                                   "calibration DriftFactor; -32768: the robot's own", live=True)
     rev_count: int = parameter(0, Whole(0, 65535), "calibration RevCount; 0: the robot's own", "1/turn", live=True)
+    sonar_cycle: float = parameter(0.0, Rate(0.002, 0.12), "time between two firings of each sonar array; 0: the"
+                                   " robot's own", "s", live=True)
+    sonar_polling: Tuple[int, ...] = parameter((), Wholes(0, 31), "order in which sonars fire, by number; empty: the"
+                                               " robot's own")
     enable_motors_on_start: bool = parameter(False, Switch(),
                                              "motors on when the robot is found for the first time, with nobody asking")
     accept_replay: bool = parameter(False, Switch(), "obey commands that `rosbag play` publishes")

@@ -178,6 +178,7 @@ UNKNOWN_TO: Dict[str, Tuple[str, ...]] = {
     **dict.fromkeys(("SETA", "SETRA", "BUMPSTALL", "E_STALL", "REVCOUNT", "ENCODER"), ("PSOS",)),
     **dict.fromkeys(("ROTKP", "ROTKV", "ROTKI", "TRANSKP", "TRANSKV", "TRANSKI"), ("PSOS",)),
     **dict.fromkeys(("DRIFTFACTOR", "TICKSMM", "BATTEST"), ("PSOS", "P2OS", "AROS", "AmigOS")),
+    "SONARCYCLE": ("PSOS", "P2OS", "AmigOS"),
     "STOP": ("PSOS", "AmigOS", "uARCS", "MARCOS"),
     "IOREQUEST": ("PSOS", "AmigOS"),
 }

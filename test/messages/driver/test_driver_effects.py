@@ -68,6 +68,7 @@ class Run(Bottle):
         wheels, bumpers = hardware.wheels, hardware.bumpers
         self.settings = dict(
             self.firmware.settings, rev_count=wheels.rev_count, ticks_per_mm=wheels.ticks_per_mm,
+            sonar_cycle=hardware.sonar.cycle_us,
             bump_stall=(bumpers.front_stalls, bumpers.rear_stalls))
         self.bauds = self.line.baud, self.firmware.baud
 
@@ -77,6 +78,11 @@ class Run(Bottle):
     def width(self) -> float:
         """Return the width of the robot's outline (m)."""
         return 2 * max(point.y for point in self.messages("robot_info")[-1].footprint.points)
+
+    @property
+    def sonars_heard(self):
+        """Return the numbers of the sonars that were heard in the end."""
+        return [number for number, distance in enumerate(self.messages("sonar")[-1].ranges) if distance]
 
     @property
     def frames(self):
@@ -191,6 +197,8 @@ EFFECTS = {
     "ticks_mm": setting("ticks_per_mm", 128, 140),
     "drift_factor": setting("drift_factor", 0, -40),
     "rev_count": setting("rev_count", 16570, 17000),
+    "sonar_cycle": Effect(0.1, lambda run: run.settings["sonar_cycle"], 40000, 100000),
+    "sonar_polling": Effect([2, 5, 2, 9], lambda run: run.sonars_heard, list(range(16)), [2, 5, 9]),
     "enable_motors_on_start": Effect(True, lambda run: run.motors_unasked, False, True),
     "accept_replay": Effect(
         True, lambda run: max(velocity[0] for _, velocity in run.velocities) > 0.1, False, True,

@@ -27,6 +27,7 @@ LEGAL = [
     ("max_yawaccel", 2, 2.0), ("max_yawdecel", -20.0, 20.0), ("max_yawdecel", 0.2, 0.2),
     ("bumpstall", 3, 3), ("bumpstall", -1, -1), ("ticks_mm", 128, 128), ("rev_count", 16570, 16570),
     ("drift_factor", -40, -40), ("drift_factor", -32768, -32768), ("drift_factor", 32767, 32767),
+    ("sonar_cycle", 0.002, 0.002), ("sonar_cycle", 0, 0.0), ("sonar_polling", [0, 0, 31], (0, 0, 31)),
     ("sonar_no_echo", "max", "max"), ("publish_wire", True, True),
     ("ptz", "vcc50i", "vcc50i"), ("ptz_port", "/dev/ttyS1", "/dev/ttyS1"), ("ptz_cabling", "one_way", "one_way"),
     ("ptz_pan_speed", 0.5, 0.5), ("ptz_tilt_speed", 1, 1.0), ("ptz_place", " ", None), ("ptz_inverted", True, True),
@@ -66,6 +67,10 @@ ILLEGAL = [
     ("max_yawdecel", 20.5, "with any sign (rad/s^2)"),
     ("bumpstall", 4, "-1 to 3"), ("bumpstall", 1.0, "a whole number"),
     ("ticks_mm", -1, "0 to 65535"), ("rev_count", 65536, "0 to 65535"), ("drift_factor", 32768, "-32768 to 32767"),
+    ("sonar_cycle", 0.001, "0 or a number from 0.002 to 0.12 (s)"), ("sonar_cycle", -0.1, "0.002 to 0.12"),
+    ("sonar_polling", 3, "as a list"), ("sonar_polling", [32], "whole numbers from 0 to 31, as a list"),
+    ("sonar_polling", [0.5], "whole numbers"), ("sonar_polling", [True], "whole numbers"),
+    ("sonar_polling", "0", "list"),
     ("sonar_no_echo", "5", "inf, max"), ("sonar_no_echo", math.inf, "inf, max"),
 ] + [(gain, value, "-1 to 65535") for gain in GAINS for value in (-2, 65536, 0.5, True)] + [
     (variances, value, "6 numbers from 0 to 1e+09")
