@@ -49,7 +49,7 @@ ROOMS = {
     "maps": {"floor_poses", "parameters", "whole_file"},
     "navigation": {"floor_poses", "maps", "message_values", "parameters", "robots"},
     "driver": {"message_values", "standard_messages", "parameters", "port_url", "ros_node", "diagnostics_thread",
-               "p2os", "robots", "client", "vcc4", "ptz", "arm", "msg"},
+               "p2os", "robots", "client", "vcc4", "ptz", "arm", "msg", "srv"},
     "simulator": {"message_values", "parameters", "ros_node", "pictures", "maps", "wire_fields", "p2os", "lms2xx",
                   "vcc4", "robots"},
     # robots: the outline, where a driver does not tell it

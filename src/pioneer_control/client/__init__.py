@@ -46,6 +46,7 @@ Open ``robot.py`` first, then ``session.py`` and ``phases.py``. All files, from 
 ``steered_robot``  a Robot that several inputs command, as far as the helm lets them
 ``laser_power``    the packet that switches the supply of a laser
 ``line_devices``   joins devices on the robot's line, a camera or an arm, with a Robot
+``accessories``    sounds, outputs, a joystick at the robot's own port, docks
 ``alarms``         the texts of alarms, and the battery levels that they need
 ``fault_flags``    the table of what the fault flags of a robot mean in diagnostics
 ``health``         the diagnostics of a robot, as in REP 107: levels and texts
@@ -63,6 +64,7 @@ at most, and a busy program never does. The dead man and every stop keep working
 """
 
 from ..p2os import GripperCommand
+from .accessories import Accessories
 from .events import (BaudFound, CommandTimedOut, Event, LineSpeed, LinkDown, MotionCleared, MotorsAnswered,
                      PacketReceived, Ready, StatesMissed, Tuned,
                      Unmoved)
@@ -76,6 +78,7 @@ from .tuning import Change, Tuning
 
 __all__ = [
     "NO_ECHO",
+    "Accessories",
     "BaudFound",
     "Change",
     "CommandTimedOut",

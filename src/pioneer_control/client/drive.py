@@ -25,6 +25,9 @@ UNDER_WAY = 0.1
 STOP_BUTTON = "motors stay off: the STOP button is pressed; release it and ask again"
 ZERO_VELOCITY = (encode_command("VEL", 0), encode_command("RVEL", 0))
 STOP = (encode_command("STOP"),) + ZERO_VELOCITY
+JOYDRIVE = {on: encode_command("JOYDRIVE", int(on)) for on in (False, True)}
+NO_JOYSTICK = (JOYDRIVE[False],) * 3
+"""Three times, because no packet shows whether the robot heard it."""
 MOTORS = {on: encode_command("ENABLE", int(on)) for on in (False, True)}
 
 
@@ -65,6 +68,8 @@ class Drive:
         command_timeout: see Args; it may be changed.
         wanted: the newest velocity: linear (m/s) and angular (rad/s), or left and right wheel (m/s). None while the
             robot is to stand.
+        joystick: whether a joystick at the robot's own port may drive it. Then a robot that moves though no velocity is
+            wanted is not stopped. Every velocity and every stop ends it.
     """
 
     def __init__(self, line: Line, identity: RobotIdentity, command_timeout: float, events: List[Event],
@@ -79,6 +84,7 @@ class Drive:
         self.wanted: Optional[Tuple[float, float]] = None
         self._commanded_at = self._sent_at = 0.0
         self._good_for = math.inf   # s, of the newest velocity; command_timeout when that is shorter
+        self.joystick = False
         self._stopping = False      # whether a stop was sent, and no SIP has shown yet that the robot stands
         self._motors: Optional[MotorsRequest] = None
         self._state: Optional[RobotState] = None
@@ -126,6 +132,16 @@ class Drive:
         self._driven.rest(now)
         self.wanted, self._stopping, self._sent_at = None, True, now
         self._line.stop(now, *packets)
+        self._end_joystick(now)
+
+    def allow_joystick(self, on: bool, now: float) -> None:
+        """Let a joystick at the robot's own port drive it, or end that and stop the robot. Allow it only at rest."""
+        if on:
+            self.joystick = True
+            self._line.command(now, JOYDRIVE[True])
+        else:
+            self.joystick = True        # also when a joystick was allowed by somebody else
+            self.stop(now)
 
     def request_motors(self, on: bool, now: float, timeout: float) -> MotorsRequest:
         """Ask the robot to switch its motors on or off. The request fails after ``timeout`` s.
@@ -155,7 +171,7 @@ class Drive:
         now, before, self._state = state.time, self._state, state
         # Each SIP counts, also after one that showed a standing robot: a velocity may reach the robot late.
         if self.wanted is None and now > self._sent_at:
-            self._stopping = state.moving
+            self._stopping = state.moving and not self.joystick
         asked_off = self._motors is not None and not self._motors.on
         if before is not None and before.motors_enabled and not state.motors_enabled and not asked_off:
             self._events.append(MotionCleared(
@@ -196,11 +212,17 @@ class Drive:
         if wanted == (0, 0):
             self.stop(now, ZERO_VELOCITY)
         else:
+            self._end_joystick(now)
             if driven is not self._driven:
                 self._driven.rest(now)
             self._driven, self.wanted, self._commanded_at, self._good_for = driven, wanted, now, timeout
             self._stopping = False
             self._send_velocity(now)
+
+    def _end_joystick(self, now: float) -> None:
+        if self.joystick:
+            self.joystick = False
+            self._line.command(now, *NO_JOYSTICK)
 
     def _send_velocity(self, now: float) -> None:
         assert self.wanted is not None

@@ -244,9 +244,10 @@ class Connected(Phase):
     def _sign_of_life(self) -> Tuple[bytes, ...]:
         """Return the packets that keep the robot's watchdog from acting: PULSE while a velocity is wanted, else a stop.
 
-        While the robot is to stand, PULSE could revive an old set point if the stop was lost.
+        While the robot is to stand, PULSE could revive an old set point if the stop was lost. A robot that a joystick
+        drives is at rest before.
         """
-        if self.drive.wanted is not None:
+        if self.drive.wanted is not None or self.drive.joystick:
             return (PULSE,)
         return STOP[:1] if p2os.knows(self._model.firmware_family, "STOP") else STOP
 

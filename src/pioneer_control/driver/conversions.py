@@ -195,6 +195,19 @@ def ports(packet: p2os.IO, stamp: Any, base_link_frame: str) -> IO:
               [value * volts for value in packet.analog])
 
 
+def joystick(packet: p2os.Joystick, stamp: Any) -> sensor_msgs.msg.Joy:
+    """Return the message for the topic ``joystick``: a joystick at the robot's own port.
+
+    Axes: to the left, forward (-1 to 1, 0 in the middle), and throttle (0 to 1). Buttons: 1, 2.
+    """
+    middle = 512.0
+    x, y = ((value - middle) / middle for value in (packet.x, packet.y))
+    return sensor_msgs.msg.Joy(
+        header=Header(stamp=stamp), axes=[max(-1.0, min(1.0, -x)), max(-1.0, min(1.0, y)),
+                                          min(1.0, packet.throttle / (2 * middle))],
+        buttons=[packet.button_1, packet.button_2])
+
+
 def turn_rate(rate: float, stamp: Any, base_link_frame: str) -> sensor_msgs.msg.Imu:
     """Return an Imu message with only the turn rate of the gyro (rad/s, counter-clockwise)."""
     return _imu(stamp, base_link_frame, angular_velocity=Vector3(0.0, 0.0, rate),

@@ -26,6 +26,7 @@ from ..errors import PioneerError, PortError
 from ..port_url import without_key
 from ..ros_node import START_GRACE, init_node, run_device
 from .accelerations import BorrowedAccelerations
+from .accessory_requests import DOCKED
 from .diagnostics import Diagnostics
 from .helm_topic import HelmPublisher
 from .notices import Throttle, Watch
@@ -56,6 +57,8 @@ class DriverNode:
             STOP_ALL: "%s is set, and nothing may move; to take it away: rostopic pub -1 %s std_msgs/Bool false"
                       % (STOP_ALL, rospy.resolve_name(STOP_ALL)),
             ENDING: "the driver is about to end, and nothing may move",
+            DOCKED: "the robot takes power in a dock; to let go and drive: rosservice call %s"
+                    % rospy.resolve_name("undock"),
             BY_HAND: "a person has the helm (%s); programs may command again after: rosservice call %s"
                      % (BY_HAND, rospy.resolve_name("teleop/release")),
         }

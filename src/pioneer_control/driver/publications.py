@@ -9,7 +9,7 @@ import rospy
 from nav_msgs.msg import Odometry
 from rospy.rostime import is_wallclock
 from sensor_msgs.msg import BatteryState as Battery
-from sensor_msgs.msg import Imu, JointState, PointCloud2, Range
+from sensor_msgs.msg import Imu, JointState, Joy, PointCloud2, Range
 from std_msgs.msg import Bool, Header
 from tf2_msgs.msg import TFMessage
 
@@ -18,7 +18,7 @@ from ..client import Event, PacketReceived, Ready, RobotIdentity, RobotState, Tu
 from ..client.gripper import is_on_general_io, with_switches
 from ..client.gyro import GyroReader, is_for_client
 from ..message_values import NO_ECHO
-from ..msg import AIO, DIO, IO, BatteryState, Bumpers, GripperState, MotorState, RobotInfo, SonarArray, Stall
+from ..msg import AIO, DIO, IO, BatteryState, Bumpers, Encoders, GripperState, MotorState, RobotInfo, SonarArray, Stall
 from ..robots import RobotModel
 from . import conversions
 from .parameters import DriverParameters
@@ -154,6 +154,13 @@ class Publications(rospy.SubscribeListener):
             PublishedTopic(
                 "io", IO, p2os.IO, lambda packet, stamp: conversions.ports(packet, stamp, base),
                 lambda identity: p2os.knows(identity.model.firmware_family, "IOREQUEST"), lambda identity: "io"),
+            PublishedTopic(
+                "encoders", Encoders, p2os.Encoder,
+                lambda packet, stamp: Encoders(header(stamp), packet.left_ticks, packet.right_ticks),
+                lambda identity: p2os.knows(identity.model.firmware_family, "ENCODER"), lambda identity: "encoder"),
+            PublishedTopic(
+                "joystick", Joy, p2os.Joystick, lambda packet, stamp: conversions.joystick(packet, stamp),
+                lambda identity: p2os.knows(identity.model.firmware_family, "JOYREQUEST"), lambda identity: "joystick"),
             PublishedTopic(
                 "imu", Imu, p2os.Gyro, lambda packet, stamp: self._imu(packet, stamp, base),
                 is_for_client, lambda identity: "gyro"),

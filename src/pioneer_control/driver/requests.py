@@ -17,9 +17,11 @@ from std_srvs.srv import Empty, SetBool, Trigger
 from ..client import MotorsAnswered, Robot, SteeredRobot
 from ..client.laser_power import laser_power
 from ..errors import LinkError, NotConfirmedError, PioneerError, UsageError
-from ..msg import Accelerations, GripperState, MotorState, WheelVelocities
+from ..msg import Accelerations, GripperState, MotorState, Sounds, WheelVelocities
+from ..srv import SetDigitalOut
 from . import commands
 from .accelerations import BorrowedAccelerations
+from .accessory_requests import AccessoryRequests
 from .notices import Watch
 from .parameters import BY_HAND, DriverParameters
 from .senders import Senders
@@ -60,6 +62,7 @@ class Requests:
         self._steered = steered
         self._watch = watch
         self._borrowed = borrowed
+        self.accessories = AccessoryRequests(robot, steered)
         self._warn = warn
         self._senders = Senders(watch)
         self._switch_on = parameters.enable_motors_on_start     # the motors, with the first connection
@@ -314,6 +317,8 @@ TOPICS = (
     SubscribedTopic("gripper_control", GripperState, QUEUE, Requests.move_gripper, commands.gripper_stops),
     SubscribedTopic("teleop/gripper_control", GripperState, QUEUE, Requests.move_gripper, commands.gripper_stops),
     SubscribedTopic("accelerations", Accelerations, QUEUE, Requests.borrow_accelerations, lambda _: False),
+    SubscribedTopic("say", Sounds, QUEUE, lambda self, topic, message, sender: self.accessories.say(message),
+                    lambda _: False),
     SubscribedTopic(STOP_ALL, Bool, QUEUE, Requests.lock, lambda lock: lock.data),
 )
 
@@ -324,5 +329,11 @@ SERVICES = (
     OfferedService("set_sonar", SetBool, lambda self, request: self.switch_sonar(request.data)),
     OfferedService("set_laser_power", SetBool, lambda self, request: self.switch_laser(request.data)),
     OfferedService("reset_odometry", Trigger, lambda self, _: self.reset_odometry()),
+    OfferedService("dio_out", SetDigitalOut, lambda self, request: self.accessories.set_outputs(
+        request.mask, request.states)),
+    OfferedService("set_joystick_drive", SetBool, lambda self, request: self.accessories.let_joystick_drive(
+        request.data)),
+    OfferedService("dock", Trigger, lambda self, _: self.accessories.dock()),
+    OfferedService("undock", Trigger, lambda self, _: self.accessories.undock()),
     OfferedService("teleop/release", Trigger, lambda self, _: self.release()),
 )

@@ -178,7 +178,9 @@ UNKNOWN_TO: Dict[str, Tuple[str, ...]] = {
     **dict.fromkeys(("SETA", "SETRA", "BUMPSTALL", "E_STALL", "REVCOUNT", "ENCODER"), ("PSOS",)),
     **dict.fromkeys(("ROTKP", "ROTKV", "ROTKI", "TRANSKP", "TRANSKV", "TRANSKI"), ("PSOS",)),
     **dict.fromkeys(("DRIFTFACTOR", "TICKSMM", "BATTEST"), ("PSOS", "P2OS", "AROS", "AmigOS")),
-    "SONARCYCLE": ("PSOS", "P2OS", "AmigOS"),
+    **dict.fromkeys(("SONARCYCLE", "JOYREQUEST", "CHARGE"), ("PSOS", "P2OS", "AmigOS")),
+    "JOYDRIVE": ("PSOS", "AmigOS"),
+    "SAY": ("AmigOS",),
     "STOP": ("PSOS", "AmigOS", "uARCS", "MARCOS"),
     "IOREQUEST": ("PSOS", "AmigOS"),
 }

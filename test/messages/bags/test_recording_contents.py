@@ -74,7 +74,8 @@ class TestLaunchFile:
                          "keep_free:=1GB")
         assert (made.stem, made.split, made.compression,
                 made.keep_free) == ("/data/my runs/x", ("duration", 3600), "bz2", 2 ** 30)
-        assert set(made.asked_for) == {"/pioneer/wire", "/pioneer/io", "/pioneer/imu"}
+        assert set(made.asked_for) == {
+            "/pioneer/wire", "/pioneer/io", "/pioneer/imu", "/pioneer/encoders", "/pioneer/joystick"}
 
 
 class TestDocument:

@@ -165,6 +165,11 @@ def variances(part: str, moving: bool, usual: float) -> Effect:
     return Effect([0.25] * 6, lambda run: run.variances(part, moving), usual, 0.25)
 
 
+def nobody_hears_encoders(run: Run) -> None:
+    """Leave the topic `encoders` without a subscriber: its packets are the answers to the questions of link_check."""
+    run.listened = {"pose"}
+
+
 WIDTH = 0.425                               # m, outline of a p3dx-sh with gripper
 
 EFFECTS = {
@@ -176,7 +181,8 @@ EFFECTS = {
     "gripper": Effect("false", lambda run: "gripper_state" in run.published, True, False),
     "beam_polarity": Effect(0, lambda run: run.messages("gripper_state")[-1].grip.inner_beam, False, True),
     "pulse": Effect(0.1, lambda run: run.signs_of_life() > 10, False, True),
-    "link_check": Effect(False, lambda run: len(run.commands("ENCODER")) > 3, True, False),
+    "link_check": Effect(False, lambda run: len(run.commands("ENCODER")) > 3, True, False,
+                         {"before": nobody_hears_encoders}),
     "use_sonar": Effect(False, lambda run: len(run.messages("sonar")) > 0, True, False),
     "laser_power": Effect(True, lambda run: [value for _, value in run.commands("TIMER", "POWER_LRF")], [], [0x0B01]),
     "max_xspeed": Effect(0.3, lambda run: run.greatest("VEL"), 500, 300),

@@ -126,15 +126,18 @@ def test_publish_tf_false_leaves_tf_to_others_but_not_the_frames_of_the_sonar(to
     assert "/tf" not in topics and "/tf_static" in topics
 
 
+ON_REQUEST = {"io", "encoders", "joystick"}
+
+
 @pytest.mark.parametrize("identity, more", [
-    (identity_of("p3dx-sh"), SONAR | {"joint_states", "io"}),
-    (identity_of("p3dx-sh", gripper=True), SONAR | {"joint_states", "io", "gripper_state"}),
-    (identity_of("peoplebot-sh"), SONAR | {"joint_states", "io", "bumpers"}),
-    (identity_of("p3dx-sh", has_gyro=1), SONAR | {"joint_states", "io", "imu"}),
-    (identity_of("p3dx-sh", has_gyro=2), SONAR | {"joint_states", "io"}),
-    (identity_of("p2dx"), SONAR | {"io"}),                  # nobody knows its wheels
-    (identity_of("pion1m"), SONAR),                         # PSOS has no IOpac either
-    (identity_of("wheelchair-sh"), {"io", "bumpers"}),
+    (identity_of("p3dx-sh"), SONAR | ON_REQUEST | {"joint_states"}),
+    (identity_of("p3dx-sh", gripper=True), SONAR | ON_REQUEST | {"joint_states", "gripper_state"}),
+    (identity_of("peoplebot-sh"), SONAR | ON_REQUEST | {"joint_states", "bumpers"}),
+    (identity_of("p3dx-sh", has_gyro=1), SONAR | ON_REQUEST | {"joint_states", "imu"}),
+    (identity_of("p3dx-sh", has_gyro=2), SONAR | ON_REQUEST | {"joint_states"}),
+    (identity_of("p2dx"), SONAR | {"io", "encoders"}),      # nobody knows its wheels, and it has no JOYSTICKpac
+    (identity_of("pion1m"), SONAR),                         # PSOS has none of these packets
+    (identity_of("wheelchair-sh"), ON_REQUEST | {"bumpers"}),
 ])
 def test_a_robot_has_the_topics_that_it_can_feed(driver, topics, identity, more):
     driver.identity(identity)
@@ -221,7 +224,7 @@ def test_all_messages_of_a_packet_have_the_stamp_of_its_sending(driver, topics, 
         for message in topic.published]
     stamped = [message for message in messages if hasattr(message, "header")] + topics["/tf"].published[0].transforms
     assert {message.header.stamp for message in stamped} == {rospy.Time(998, 750000000)}
-    assert {name for name, topic in topics.items() if topic.published} == set(topics) - {"io"}
+    assert {name for name, topic in topics.items() if topic.published} == set(topics) - ON_REQUEST
     assert len(topics["sonar_ranges"].published) == 2
 
 

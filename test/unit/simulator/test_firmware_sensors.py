@@ -213,3 +213,15 @@ def test_iopac(model, analog, battery):
 def test_batteryinfo():
     bench = Bench().open().send("BATTERYINFO", 1).wait(0.3)
     assert bench.of(p2os.BatteryInfo) == [p2os.BatteryInfo((p2os.Battery(0, 0, 0, 100, 100),))]
+
+
+def test_what_it_is_to_say_is_kept():
+    """Pairs of length (20 ms) and tone; 20 notes of one SAY, and the newest hundred of all."""
+    bench = Bench().open().send("SAY", bytes([25, 69, 10, 0, 5])).wait(0.1)
+    played = bench.robot.hardware.ports.speaker.played
+    assert list(played) == [(pytest.approx(0.5), 69), (pytest.approx(0.2), 0)]
+    bench.send("SAY", bytes(2 * [1, 60]) + bytes([2, 61] * 18)).send("SAY", b"").wait(0.1)
+    assert len(played) == 22 and played[-1] == (pytest.approx(0.04), 61)
+    for _ in range(6):
+        bench.send("SAY", bytes([1, 60] * 20)).wait(0.1)
+    assert len(played) == 100

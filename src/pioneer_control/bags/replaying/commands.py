@@ -11,7 +11,7 @@ from geometry_msgs.msg import Twist
 from std_msgs.msg import Bool, String
 
 from ...errors import UsageError
-from ...msg import Accelerations, GripperState, MotorState, WheelVelocities
+from ...msg import Accelerations, GripperState, MotorState, Sounds, WheelVelocities
 from ..command_line import say
 from ..reader import BagConnection, plural, read_bag
 from ..records import BagError
@@ -19,7 +19,7 @@ from ..recording.description import description_of
 
 TOLD = {"cmd_vel": Twist, "teleop/cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState,
         "gripper_control": GripperState, "teleop/gripper_control": GripperState, "accelerations": Accelerations,
-        "stop_all": Bool}
+        "say": Sounds, "stop_all": Bool}
 """The topics on which a robot receives commands that can be sent again: message class by the topic's name."""
 BY_HAND = "teleop"
 """The namespace within that of a robot for the commands of a person."""
@@ -37,6 +37,7 @@ COMMANDS = {
     "teleop/cmd_vel": "drives, and takes over from programs",
     "teleop/gripper_control": "moves the gripper, and takes over from programs",
     "accelerations": "changes how the robot brakes, for a moment",
+    "say": "plays notes on the loudspeaker",
     "stop_all": "locks the robot, and takes the lock away",
     "stop_button": "presses the STOP button of a simulated robot, and lets it go",
     "ptz_control": "moves a camera",

@@ -21,8 +21,8 @@ from .commands import REMAPPING, player, recorded_topics
 
 WAYS = "look", "rerun", "redrive"
 
-LAUNCH_ARGUMENTS = ("bag", "way", "robot", "rviz", "picture", "frame", "options", "package", "program", "args", "speed",
-                    "world", "numbers_file", "seed")
+LAUNCH_ARGUMENTS = ("bag", "way", "robot", "rviz", "picture", "frame", "model", "options", "package", "program",
+                    "args", "speed", "world", "numbers_file", "seed")
 """The names of the arguments of launch/replay.launch. `main` refuses words such as ``speed:=0.5`` on its command line.
 """
 

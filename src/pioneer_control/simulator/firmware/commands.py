@@ -27,6 +27,7 @@ S is PSOS, P is P2OS, G is AmigOS, A is AROS, U is uARCS, M is MARCOS. C is ARCO
 Source: protocol sheet 3.
 """
 ALL, NOT_PSOS, LATER, ARCOS = "SPGAC", "PGAC", "AC", "C"
+MOST_NOTES = 20     # of one SAY
 ALL_NUMBERS, AT_LEAST_0, AT_LEAST_1 = range(-0xFFFF, 0x10000), range(0x10000), range(1, 0x10000)
 
 
@@ -434,6 +435,9 @@ HANDLERS: Dict[str, Handler] = {
                             robot.model.firmware_family, number, robot.settings["sounds_on"])), "GPA",
                         "Send PLAYLIST: on AmigOS the sound with this number (0: all sounds), on other firmware 25"
                         " zero bytes."),
+    "SAY": Handler(bytes, lambda robot, notes: robot.hardware.ports.speaker.play(notes[:MOST_NOTES * 2]), "SPAC",
+                   "Play up to 20 notes, pairs of length (20 ms) and tone. They are not heard, but kept:"
+                   " `robot.hardware.ports.speaker.played`."),
     "SOUNDTOG": Handler(int, lambda robot, on: robot.settings.update(sounds_on=int(on != 0)), "GAC",
                         "Shown in PLAYLIST. The simulated robot makes no sounds."),
     "GRIPPER": Handler(int, gripper, NOT_PSOS,
@@ -514,7 +518,6 @@ _OTHER_ROBOT = "only robots that are not Pioneers know it, and what they have be
 
 IGNORED: Dict[str, str] = {
     "IMUREQUEST": "no inertial unit is fitted, and no source describes its packet",
-    "SAY": "the simulated robot makes no sounds",
     "SOUND": "the simulated robot makes no sounds",
     "TIMER": _NO_SUPPLY,
     "PTUPOS": "no servo is fitted",

@@ -1,4 +1,4 @@
-"""Optional devices of a robot: gyro, compass, joystick, user inputs and outputs, auxiliary serial ports.
+"""Optional devices of a robot: gyro, compass, joystick, loudspeaker, user inputs and outputs, auxiliary serial ports.
 
 This file does not depend on packets. Values are raw readings where packets carry raw readings.
 """
@@ -27,6 +27,9 @@ ENCODERS_ONLY, FUSED, GYRO_ONLY = 0, 1, 2
 
 Source: protocol sheet 3.2, GYRO.
 """
+NOTE_UNIT = 0.02
+"""Unit of the length of a note (s)."""
+NOTES_KEPT = 100
 AUX_MOST = 197
 """Largest number of bytes in one SERAUXpac."""
 AUX_KEPT = 4096
@@ -182,18 +185,35 @@ class JoystickDrive:
             self.drove = False
 
 
+class Loudspeaker:
+    """The loudspeaker of a robot. It makes no sound here, but keeps what it was to play last.
+
+    Attributes:
+        played: length (s) and tone (the number on the wire) of each note, oldest first.
+    """
+
+    def __init__(self) -> None:
+        self.played: Deque[Tuple[float, int]] = collections.deque(maxlen=NOTES_KEPT)
+
+    def play(self, notes: bytes) -> None:
+        """Play pairs of bytes: length (units of 20 ms) and tone. A last byte without a partner is ignored."""
+        self.played.extend((length * NOTE_UNIT, tone) for length, tone in zip(notes[::2], notes[1::2]))
+
+
 class UserPorts:
-    """Analog inputs and digital outputs for devices of the user.
+    """Analog inputs and digital outputs for devices of the user, and the loudspeaker.
 
     Attributes:
         analog_volts: voltage at each of the eight analog inputs (V).
         analog_port: number (from 0) of the analog input whose voltage the SIP contains.
         digital_out: states of the digital outputs, one bit for each output.
+        speaker: the loudspeaker, which keeps what it was to play.
     """
 
     def __init__(self) -> None:
         self.analog_volts: List[float] = [0.0] * 8
         self.digital_out = 0
+        self.speaker = Loudspeaker()
         self.reset()
 
     def reset(self) -> None:
