@@ -20,12 +20,13 @@ from sensor_msgs.msg import BatteryState as Battery
 from sensor_msgs.msg import JointState, PointCloud2, Range
 from sensor_msgs.point_cloud2 import read_points
 from std_msgs.msg import Bool, Header
-from std_srvs.srv import Empty, SetBool
+from std_srvs.srv import Empty, SetBool, Trigger
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 from pioneer_control.msg import (AIO, DIO, IO, BatteryState, GripperState, GripState, LiftState, MotorState,
-                                 RobotInfo, SonarArray, Stall, WheelVelocities)
+                                 RobotInfo, SonarArray, Sounds, Stall, WheelVelocities)
+from pioneer_control.srv import SetDigitalOut
 from witness import PATIENCE, Witness, heading_of
 
 TOPICS = {
@@ -355,6 +356,30 @@ class DriverDrives(unittest.TestCase):
             ended.set()
             thread.join()
         self.stands()
+
+    def test_18_accessories_over_ros(self):
+        outputs = rospy.ServiceProxy("pioneer/dio_out", SetDigitalOut)
+        self.assertTrue(outputs(0x30, 0x10).success)
+        self.witness.wait("io shows it", lambda: self.witness.last("pioneer/io").digital_out == bytes([0x10]))
+        refused = outputs(0x01, 0x01)
+        self.assertEqual((refused.success, refused.message),
+                         (False, "the outputs 0x01 drive the gripper: use gripper_control"))
+        self.assertIn("no charger", rospy.ServiceProxy("pioneer/dock", Trigger)().message)
+        self.assertIn("the motors are off" if not self.witness.last("pioneer/motor_state").state else "may drive it",
+                      rospy.ServiceProxy("pioneer/set_joystick_drive", SetBool)(True).message)
+        rospy.ServiceProxy("pioneer/teleop/release", Trigger)()
+        since = len(self.witness.seen["/rosout"])
+        speaker = rospy.Publisher("pioneer/say", Sounds, queue_size=1)
+        self.witness.wait("the driver listens", lambda: speaker.get_num_connections() == 1)
+        speaker.publish(Sounds([0.1, 0.1], [69]))
+        self.expect_warning("say refused: there are 2 durations and 1 tones", since)
+
+    def test_19_the_description_is_that_of_the_robot_that_is_there(self):
+        self.assertIn('<robot name="p3dx-sh">', rospy.get_param("pioneer/robot_description"))
+        listener = tf.TransformListener()
+        listener.waitForTransform("base_link", "gripper", rospy.Time(0), rospy.Duration(PATIENCE))
+        (x, _, z), _ = listener.lookupTransform("base_link", "sonar_3", rospy.Time(0))
+        self.assertEqual((round(x, 6), round(z, 6)), (0.166, 0.17))
 
 
 if __name__ == "__main__":
