@@ -10,7 +10,7 @@ import pytest
 
 from pioneer_control import standard_messages
 from pioneer_control.client.health import TASKS
-from pioneer_control.driver import conversions, requests
+from pioneer_control.driver import accessory_requests, conversions, requests
 from pioneer_control.driver.parameters import DriverParameters
 from pioneer_control.driver.publications import Publications
 
@@ -54,6 +54,7 @@ def test_what_the_readme_names_is_there():
 
 @pytest.mark.parametrize("sentence, number", [
     ("for %g s at most. Otherwise it answers why not", requests.CONFIRM_TIMEOUT),
+    ("`dock` and `undock` may take %g s", accessory_requests.POWER_TIMEOUT),
     ("0.0: no reading for %g s", conversions.SONAR_LIFETIME),
     ("not older than %g s", conversions.SONAR_LIFETIME),
     ("%.1f: no echo", conversions.NO_ECHO),

@@ -8,6 +8,7 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 import pytest
 
+from pioneer_control.arm.joints import JOINT_NAMES as ARM_JOINTS
 from pioneer_control.description import Parts, describe
 from pioneer_control.description.__main__ import main
 from pioneer_control.description.picture import draw, solids
@@ -17,7 +18,6 @@ from pioneer_control.robots import SONAR_HEIGHT, find_model, load_table
 MODELS = load_table().models
 BODY = re.compile("base_link|(left|right)_(rear_)?wheel")
 P3DX = MODELS["p3dx-sh"]
-ARM_JOINTS = ["arm_%s_joint" % each for each in ("base", "shoulder", "elbow", "roll", "wrist", "gripper")]
 
 
 def all_parts(model):
@@ -121,7 +121,7 @@ def test_a_camera_looks_ahead_turns_left_and_tilts_down():
 def test_an_arm_at_rest_reaches_straight_ahead_as_far_as_its_lengths():
     """Arm sheet 16: 0.47971 m from the base axis, at shoulder height, which is 0.3185 m on a Pioneer 2."""
     urdf = describe(P3DX, Parts(arm=True))
-    assert [name for name in joints(urdf) if name.startswith("arm") and name != "arm_mount_joint"] == ARM_JOINTS
+    assert [name for name in joints(urdf) if name.startswith("arm") and name != "arm_mount_joint"] == list(ARM_JOINTS)
     tip = corners(solids(urdf), "arm_hand").max(axis=0)
     assert tip[0] == pytest.approx(0.105 + 0.47971, abs=1e-3)
     base = joints(urdf)["arm_mount_joint"].find("origin").get("xyz")
@@ -155,3 +155,30 @@ def test_models_are_drawn_on_one_sheet(tmp_path):
     picture = tmp_path / "models.svg"
     draw([P3DX, MODELS["seekur"]], str(picture))
     assert re.findall("<!-- (.*?) -->", picture.read_text()) == ["p3dx-sh", "p3dx-sh, camera, arm", "seekur"]
+
+
+def turned(axis, angle):
+    """Return the rotation by an angle (rad) about an axis (Rodrigues)."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * cross @ cross
+
+
+@pytest.mark.parametrize("degrees, place, approach", [      # arm sheet 16
+    ((0, 0, 0, 0, 0), (0.4797, 0, 0), (1, 0, 0)),
+    ((0, 90, 0, 0, 0), (0.0688, 0, 0.4110), (0, 0, 1)),
+    ((0, 90, -90, 0, 0), (0.3197, 0, 0.1600), (1, 0, 0)),
+    ((90, 0, 0, 0, 0), (0, 0.4797, 0), (0, 1, 0)),
+    ((30, 45, -60, 0, -30), (0.3421, 0.1975, -0.0026), (0.6124, 0.3536, -0.7071)),
+    ((30, 45, -60, 40, -30), (0.3269, 0.2307, 0.0102), (0.4779, 0.6470, -0.5941)),
+    ((0, 80, -90, 0, 0), (0.3437, 0, 0.1140), (0.9848, 0, -0.1736)),
+])
+def test_an_arm_reaches_where_its_kinematics_say(degrees, place, approach):
+    found = joints(describe(P3DX, Parts(arm=True)))
+    rotation, at = np.eye(3), np.zeros(3)
+    for name, angle in zip(ARM_JOINTS, degrees):
+        origin, axis = (list(map(float, found[name].find(tag).get("xyz").split())) for tag in ("origin", "axis"))
+        at = at + rotation @ np.array(origin)
+        rotation = rotation @ turned(axis, math.radians(angle))
+    assert at + rotation @ np.array([0.11321, 0.0, 0.0]) == pytest.approx(np.array(place), abs=1e-3)
+    assert rotation[:, 0] == pytest.approx(np.array(approach), abs=1e-3)
