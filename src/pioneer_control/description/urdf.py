@@ -89,7 +89,7 @@ def _tower(model: RobotModel, ring: List[Transducer], bottom: float, top: float)
     """Yield the column, the ring and the upper deck of a tower."""
     half, west = COLUMN_WIDTH / 2, -model.length_rear + 0.03
     east, low, high = west + COLUMN_WIDTH, top - 0.1, top - 0.02
-    yield Box((west, -half, bottom), (east, half, low), "red")
+    yield Box((west, -half, bottom), (east, half, high), "red")
     yield from _ring(model, ring, low, high)
     ends = [west, east] + [transducer.x for transducer in ring]
     yield Box((max(min(ends), -model.length_rear), -half * 1.4, high),
