@@ -7,7 +7,7 @@ import math
 from functools import partial
 from operator import attrgetter
 from time import monotonic
-from typing import Any, Callable, Iterable, List, Mapping, NamedTuple, Optional
+from typing import Any, Callable, Dict, Iterable, List, Mapping, NamedTuple, Optional
 
 import rospy
 from geometry_msgs.msg import Twist
@@ -29,6 +29,11 @@ from .senders import Senders
 QUEUE = 10
 VELOCITY_QUEUE = 3
 """The queue size of the velocity topics. When more velocities come at once, only the newest are used."""
+AT_ONCE = 0.005
+"""Seconds. Velocities of a program that follow each other faster than this came in one piece, from a network that had
+held them up."""
+SETTLES = 0.25
+"""For this time (s) after such velocities, what their sender wants counts as a stop."""
 CONFIRM_TIMEOUT = 2.0
 """The time (s) that the robot has to confirm that its motors or its sonar are on or off."""
 ANSWER_WITHIN = 3
@@ -65,6 +70,7 @@ class Requests:
         self.accessories = AccessoryRequests(robot, steered)
         self._warn = warn
         self._senders = Senders(watch)
+        self._arrivals: Dict[str, Arrivals] = {}    # by velocity topic
         self._switch_on = parameters.enable_motors_on_start     # the motors, with the first connection
         self._laser_power: Optional[bool] = parameters.laser_power or None      # None: nobody has asked for it
         self._halts: List[Callable[[], None]] = []
@@ -240,10 +246,20 @@ class Requests:
             if why_not:
                 self._warn(why_not)
                 return
+        if topic.name in NUMBERS and self._held_up(topic.name, connection):
+            self._warn({"held up " + topic.name: "velocities on %s were held up between %s and here, and are too old: "
+                        "they count as a stop" % (topic.name, sender)})
+            message = topic.message()
         try:
             topic.obey(owner, topic.name, message, sender)
         except PioneerError as error:
             self._warn({topic.name: str(error)})
+
+    def _held_up(self, topic: str, connection: Any) -> bool:
+        arrivals = self._arrivals.get(topic)
+        if arrivals is None or arrivals.connection is not connection:
+            arrivals = self._arrivals[topic] = Arrivals(connection)
+        return arrivals.held_up(monotonic(), self._watch.cmd_vel_timeout)
 
     def _serve(self, owner: Any, service: "OfferedService", request: Any) -> Any:
         """Obey a service request and return the response.
@@ -260,6 +276,39 @@ class Requests:
                 return response(False, str(error))
             raise rospy.ServiceException(str(error)) from None
         return response(True, text) if tells else response()
+
+
+class Arrivals:
+    """When velocities arrive over one connection, to tell which were held up on their way.
+
+    While the network between two computers is down, TCP keeps what a program publishes, and delivers it all at once
+    when the network is back: seconds old, and also when the program has ended meanwhile. rospy passes on the newest
+    VELOCITY_QUEUE of it. A program that drives does not send like this: after a silence its velocities come one by one.
+
+    Args:
+        connection: the connection. With another one, nothing can be old.
+    """
+
+    def __init__(self, connection: Any) -> None:
+        self.connection = connection
+        self._last = math.inf           # when the newest velocity came
+        self._first = -math.inf         # when the first one after the newest silence came
+        self._settled_at = -math.inf
+
+    def held_up(self, now: float, timeout: float) -> bool:
+        """Take note of a velocity that arrives ``now`` (monotonic, s), and return whether it was held up.
+
+        Args:
+            now: the time.
+            timeout: a longer pause (s) than this is a silence.
+        """
+        gap, is_second = now - self._last, self._last == self._first
+        self._last = now
+        if gap > timeout:
+            self._first = now
+        elif is_second and gap < AT_ONCE:
+            self._settled_at = self._first + SETTLES
+        return now < self._settled_at
 
 
 def check_finite(topic: str, message: Any) -> None:
