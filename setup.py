@@ -19,5 +19,5 @@ setup(
     package_data={"": ["*.yaml", "worlds/*.yaml", "arenas/*.yaml"], "pioneer_control.web": ["page/*"]},
     python_requires=">=3.8",
     install_requires=["numpy", "Pillow", "pyserial", "PyYAML", "websocket-client"],
-    extras_require={"pictures": ["matplotlib"], "page": ["tornado"]},
+    extras_require={"pictures": ["matplotlib", "lz4", "tqdm"], "page": ["tornado"]},
 )

@@ -27,7 +27,8 @@ The files that the folders share: ``errors`` (every exception), ``wire_fields`` 
 their transforms), ``message_values`` (what the numbers in messages mean), ``standard_messages`` (sonar and battery in
 messages of standard packages), ``port_url`` (the URL of a robot's port, and its key), ``ros_node`` (how a node starts
 and ends), ``diagnostics_thread`` (how a node says how its device is), ``interrupt`` (Ctrl-C without a traceback),
-``whole_file`` (write a file completely or not at all) and ``pictures`` (what all pictures share).
+``console`` (the commands of the wheel), ``whole_file`` (write a file completely or not at all) and ``pictures`` (what
+all pictures share).
 
 ``import pioneer_control`` alone loads none of these files and folders, and neither rospy nor serial.
 """

@@ -55,6 +55,9 @@ ROOMS = {
     # robots: the outline, where a driver does not tell it
     "tutorial": {"floor_poses", "message_values", "ros_node", "robots", "msg", "srv"},
     "teleop": {"message_values", "ros_node", "msg"},
+    "service": {"interrupt", "whole_file"},
+    # the commands of the wheel: each starts one of these
+    "console": {"interrupt", "simulator", "client", "p2os", "web"},
     # robots: where the sonar of an old bag looks; vcc4: what a camera sees
     "bags": {"message_values", "parameters", "port_url", "ros_node", "standard_messages", "whole_file", "pictures",
              "p2os", "vcc4", "robots", "msg"},
@@ -65,7 +68,8 @@ ROOMS = {
 # Files that may use ROS, by the start of their path in the package.
 ROS_PLACES = ("ros_node.py", "diagnostics_thread.py", "standard_messages.py", "description/node.py", "driver/",
               "tutorial/", "bags/", "teleop/node.py", "laser/node.py", "navigation/node/", "web/graph.py",
-              "web/graph_navigation.py", "web/node.py", "simulator/node.py")
+              "web/graph_navigation.py", "web/node.py", "simulator/node.py", "service/launched.py",
+              "service/command_line.py")
 ROS_MODULES = {"rospy", "tf", "tf2_ros", "dynamic_reconfigure", "genpy", "rosbag", "rosgraph", "roslaunch", "roslib",
                "rospkg", "rostest", "rostopic", "nav_msgs", "geometry_msgs", "sensor_msgs", "std_msgs", "std_srvs",
                "tf2_msgs", "actionlib", "actionlib_msgs", "move_base_msgs", "rosgraph_msgs", "diagnostic_msgs",
@@ -75,7 +79,7 @@ LIBRARY_PLACES = {"serial": ("client/serial_port",), "websocket": ("client/web_s
                   "matplotlib": ("bags/", "simulator/picture", "description/picture"),
                   "PIL": ("maps/ros_map",), "tqdm": ("bags/",), "evdev": ("teleop/gamepad",),
                   "scipy": ("navigation/",), "tornado": ("web/server.py",),
-                  "qrcode": ("web/qr.py",)}
+                  "qrcode": ("web/qr.py",), "lz4": ("bags/records",)}
 
 # Modules that come with packages that package.xml names: genpy with message_runtime, rosgraph and rospkg with rospy.
 PART_OF_ANOTHER = {"genpy", "rosgraph", "rospkg"}

@@ -5,6 +5,7 @@ docs/record-and-replay.md lists the commands.
 =========================  ================================================================================
 ``records``                the format of bags
 ``reader``                 reads the messages of a whole or damaged bag, in bounded memory
+``plain_messages``         message objects without ROS
 ``writer``                 writes a bag
 ``recorded_run``           the class `recorded_run.Run`: what one robot did, as numpy arrays
 ``run``                    reads a Run from a bag

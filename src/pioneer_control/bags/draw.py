@@ -85,17 +85,18 @@ def wanted(bags: Sequence[str], robots: Sequence[str], parts: bool) -> List[Tupl
     return [(runs[n % len(runs)], names[n % len(names)]) for n in range(max(len(runs), len(names)))]
 
 
-def main(arguments: Optional[Sequence[str]] = None) -> int:
+def main(arguments: Optional[Sequence[str]] = None, program: str = "draw_run") -> int:
     """Draw the runs that the command line names.
 
     Args:
         arguments: the command line. None: that of the process.
+        program: the name of the command.
 
     Returns:
         The exit status: 0 when the picture is written, 2 after an error, 130 after Ctrl-C.
     """
-    options = parser_of("draw_run", "Draw a report of a recorded run on one page, or compare several runs. "
-                        "(draw_run --html makes a page that plays the run in a browser: see draw_run --html --help.)",
+    options = parser_of(program, "Draw a report of a recorded run on one page, or compare several runs. (%s --html "
+                        "makes a page that plays the run in a browser: see %s --html --help.)" % (program, program),
                         OPTIONS).parse_args(arguments)
     try:
         chosen = wanted(options.bag, options.robot, options.parts)
@@ -105,13 +106,13 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         runs = [read(*each) for each in chosen]
         draw_runs(runs, output, options.title)
     except (PioneerError, OSError, ImportError) as error:
-        print("draw_run: %s" % error, file=sys.stderr)
+        print("%s: %s" % (program, error), file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         return 130
     for run in runs:
         if run.damage:
-            print("draw_run: %s: %s" % (run.path, run.damage), file=sys.stderr)
+            print("%s: %s: %s" % (program, run.path, run.damage), file=sys.stderr)
     print(output)
     return 0
 

@@ -15,6 +15,7 @@ import re
 from typing import (Any, Callable, Collection, Counter, Dict, Iterable, Iterator, List, NamedTuple,
                     Optional, Sequence, Set, Tuple, Union)
 
+from .plain_messages import plain_class
 from .records import (BETWEEN_CHUNKS, BLOCK, CHUNK, CHUNK_INFO, CONNECTION, FIELDS, FILE_HEADER, INDEX, MAGIC, MESSAGE,
                       TIME, U32, U64, BagError, BagRecord, Source, decompressed, fields_of, nanoseconds, next_record,
                       record_at, records, source_of_bytes)
@@ -596,13 +597,21 @@ def _check_arrays(definition: str) -> None:
 def _class_of(type_name: str, md5sum: str, definition: str) -> type:
     """Return the class of a message type.
 
-    If the installed class has the same MD5 sum, it is returned. If not, a class is made from the definition in the bag.
+    If the installed class has the same MD5 sum, it is returned. If not, a class is made from the definition in the bag:
+    without ROS a plain one.
 
     Raises:
         BagError: the definition is damaged.
     """
-    import genpy.dynamic
-    import roslib.message
+    try:
+        import genpy.dynamic
+        import roslib.message
+    except ImportError:
+        try:
+            _check_arrays(definition)
+            return plain_class(type_name, definition)
+        except ValueError as error:
+            raise BagError("the bag's definition of %s makes no sense: %s" % (type_name, error)) from None
 
     with contextlib.suppress(Exception):    # a broken package can raise any exception when it is imported
         known = roslib.message.get_message_class(type_name)

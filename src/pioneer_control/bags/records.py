@@ -290,7 +290,30 @@ def _decompressor(compression: bytes) -> Callable[[bytes, int], bytes]:
     """
     if compression == b"bz2":
         return bz2.BZ2Decompressor().decompress
-    from roslz4 import LZ4Decompressor    # imported here because only bags with lz4 need it
-
+    try:
+        from roslz4 import LZ4Decompressor      # imported here because only bags with lz4 need it
+    except ImportError:
+        return _decompressor_without_ros()
     lz4 = LZ4Decompressor()
     return lambda piece, most: lz4.decompress(piece)    # the result is at most 255 times as long as the piece
+
+
+def _decompressor_without_ros() -> Callable[[bytes, int], bytes]:
+    """Return the same for lz4, made of the library lz4 of PyPI.
+
+    Raises:
+        BagError: that is not installed either.
+    """
+    try:
+        from lz4.frame import LZ4FrameDecompressor
+    except ImportError:
+        raise BagError("the bag is compressed with lz4, and neither ROS nor the library lz4 is here: pip install lz4, "
+                       "or record with --compression bz2") from None
+    lz4 = LZ4FrameDecompressor()
+
+    def decompress(piece: bytes, most: int) -> bytes:
+        try:
+            return bytes(lz4.decompress(piece))
+        except RuntimeError as error:       # damaged
+            raise OSError(str(error)) from None
+    return decompress

@@ -141,13 +141,13 @@ def recording_inside(recording: Recording) -> Dict[str, Any]:
     return dict(recording.value, columns=columns)
 
 
-def main(arguments: Optional[Sequence[str]] = None) -> int:
-    """Write the HTML file of a run that the command line names: ``draw_run --html RUN.bag``.
+def main(arguments: Optional[Sequence[str]] = None, program: str = "draw_run") -> int:
+    """Write the HTML file of a run that the command line of a program names: ``draw_run --html RUN.bag``.
 
     Returns:
         The exit status: 0 when the file is written, 2 after an error, 130 after Ctrl-C.
     """
-    options = parser_of("draw_run --html", "Make a page of a recorded run that plays in a browser, without a server.",
+    options = parser_of(program + " --html", "Make a page of a recorded run that plays in a browser, without a server.",
                         OPTIONS).parse_args(arguments)
     output = options.output or stem(options.bag[0]) + ".html"
     try:
@@ -158,7 +158,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         with writing(output) as part, open(part, "w", encoding="utf-8") as file:
             file.write(one_file(recording_inside(recording)))
     except (PioneerError, OSError) as error:
-        print("draw_run: %s" % error, file=sys.stderr)
+        print("%s: %s" % (program, error), file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         return 130
@@ -166,12 +166,15 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     return 0
 
 
-def draw_run(arguments: Sequence[str]) -> int:
-    """Do what ``draw_run`` is told: with --html, make a page that plays, else draw a picture. Returns the status."""
+def draw_run(arguments: Sequence[str], program: str = "draw_run") -> int:
+    """Do what the command ``draw_run`` is told: with --html, make a page that plays, else draw a picture.
+
+    Returns the exit status.
+    """
     if "--html" in arguments:
-        return main(arguments)
+        return main(arguments, program)
     from ..bags.draw import main as draw    # late: it imports matplotlib
-    return draw(arguments)
+    return draw(arguments, program)
 
 
 if __name__ == "__main__":
