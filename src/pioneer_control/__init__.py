@@ -20,6 +20,7 @@ The folders:
 ``teleop``     drive a robot by hand, with the keys of a terminal or a gamepad
 ``bags``       record runs in bags, replay them and draw them
 ``web``        the page in a browser: see robots, and drive them by hand
+``service``    a launch file that starts at boot, as a systemd service
 =============  ==========================================================================
 
 The files that the folders share: ``errors`` (every exception), ``wire_fields`` (packets read and written by tables),
