@@ -82,7 +82,7 @@ class AuxRig(CameraRig):
     def __init__(self, port=1, **options):
         super().__init__(**options)
         self.robot = Rig()
-        self.camera.join(self.robot.firmware.hardware.aux[port - 1])
+        self.camera.join(self.robot.firmware.hardware.aux[port - 1], port)
         self.device = AuxCamera(self.session, port)
         self.now, self._events = self.robot.now, len(self.robot.events)
         self.sent = []

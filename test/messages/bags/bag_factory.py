@@ -128,7 +128,7 @@ def robot_info(transducers):
 
 
 def scans(name="pioneer", seconds=10, rate=5):
-    """Yield (topic, message, seconds) of a laser on a robot, with rays that found nothing and rays that were dazzled."""
+    """Yield (topic, message, seconds) of a laser on a robot. Some rays found nothing, some were dazzled."""
     for step in range(seconds * rate + 1):
         time = 1000.0 + step / rate
         ranges = [1.0 + 0.01 * index for index in range(179)] + [math.inf, math.nan]

@@ -5,6 +5,7 @@ import random
 import pytest
 from camera_on_bench import BenchCamera
 
+from pioneer_control.errors import ParameterError
 from pioneer_control.simulator.hardware.accessories import AuxPort
 from pioneer_control.simulator.hardware.camera import ACTS, ANSWERS, RUNS, SimulatedCamera
 from pioneer_control.vcc4 import CAMERA_COMMANDS, CameraStatus, encode_camera_command
@@ -205,7 +206,7 @@ def test_one_way_it_obeys_and_says_nothing():
 
 def test_at_an_auxiliary_port_it_answers_through_it_and_restarts_with_the_robot():
     port, camera = AuxPort(), SimulatedCamera("vcc4")
-    camera.join(port)
+    camera.join(port, 1)
     port.write(encode_camera_command("CONTROL", 0))
     port.want(6)
     for now_us in (20000, 40000):
@@ -213,6 +214,8 @@ def test_at_an_auxiliary_port_it_answers_through_it_and_restarts_with_the_robot(
     assert port.take().hex() == "fe30303030ef" and not camera.is_local
     port.joined.restart()
     assert camera.is_local
+    with pytest.raises(ParameterError, match="AUX1 has a camera already: a camera needs another auxiliary port"):
+        SimulatedCamera("vcc4").join(port, 1)
 
 
 def test_a_share_of_the_fuzz_of_the_camera():

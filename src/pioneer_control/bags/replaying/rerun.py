@@ -29,8 +29,8 @@ from .rerun_compare import Verdict, judge_decisions, judge_others, judge_velocit
 
 KINDS = {"decision": Decision, **TOLD}
 """The topics that a re-run compares, decisions and commands: message class by the topic's last name."""
-SERVICES = ("set_motors", "enable_motors", "disable_motors", "set_sonar", "set_laser_power", "reset_odometry", "dio_out",
-            "set_joystick_drive", "dock", "undock", "teleop/release")
+SERVICES = ("set_motors", "enable_motors", "disable_motors", "set_sonar", "set_laser_power", "reset_odometry",
+            "dio_out", "set_joystick_drive", "dock", "undock", "teleop/release")
 """Services of a driver. They get other names for the program, so that it cannot call those of a real driver."""
 PLAYER = "/play_rerun"
 SETTLED = 1.0

@@ -138,6 +138,8 @@ class SimulatedCamera:
         orders: number of commands that it obeyed.
     """
 
+    device_name = "a camera"
+
     def __init__(self, kind: str, answers: bool = True, numbers: CameraNumbers = STRICT,
                  put: Callable[[bytes], None] = lambda data: None) -> None:
         self.kind, self.answers, self.numbers, self.put = kind, answers, numbers, put
@@ -213,9 +215,14 @@ class SimulatedCamera:
         """The time (microseconds) at which its next answer is due."""
         return self._sent[0][0] if self._sent else NEVER_US
 
-    def join(self, port: AuxPort) -> None:
-        """Be the device at an auxiliary port of a robot."""
-        port.device, port.joined, self.put = self.device, self, port.put
+    def join(self, port: AuxPort, number: int) -> None:
+        """Be the device at an auxiliary port of a robot, AUX`number`.
+
+        Raises:
+            ParameterError: there is a device already.
+        """
+        port.join(self, number)
+        port.device, self.put = self.device, port.put
 
     def device(self, data: bytes) -> bytes:
         """Take bytes of the client, as a device of an `AuxPort`. The answers come later: see `step`."""

@@ -94,8 +94,8 @@ class CameraBerth:
 
 
 def fit_camera(robot: Firmware, ports: CameraPorts) -> None:
-    """Put a camera at the auxiliary port of a robot."""
-    ports.camera().join(robot.hardware.aux[ports.aux - 1])
+    """Put a camera at the auxiliary port of a robot. Raises ParameterError when there is a device already."""
+    ports.camera().join(robot.hardware.aux[ports.aux - 1], ports.aux)
 
 
 def camera_ports(kind: str, cabling: str, aux: int, tcp: Union[int, str, None],
