@@ -143,6 +143,21 @@ class Wholes(NamedTuple):
         return tuple(map(Whole(self.low, self.high).accept, _sure(value, isinstance(value, (list, tuple)))))
 
 
+class Signs(NamedTuple):
+    """A list of ``length`` signs: each is 1 or -1."""
+
+    length: int
+
+    @property
+    def legal(self) -> str:
+        """The description of the legal lists, for people."""
+        return "%d numbers, each 1 or -1, as a list" % self.length
+
+    def accept(self, value: Any) -> Tuple[int, ...]:
+        """Return the signs. Raises ValueError when the list is not legal."""
+        return tuple(Choice((1, -1)).accept(sign) for sign in Numbers(self.length, -1, 1).accept(value))
+
+
 class Switch(NamedTuple):
     """A bool: True or False. Other values that could mean the same (1, "yes") are not legal."""
 

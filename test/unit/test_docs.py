@@ -21,7 +21,7 @@ from pioneer_control.laser.parameters import LaserParameters, Mounting, check_la
 from pioneer_control.lms2xx import SPEEDS, VARIANTS, scan_time
 from pioneer_control.navigation.node.parameters import NavigationParameters, PlaceOrNothing
 from pioneer_control.p2os import knows
-from pioneer_control.parameters import AutoSwitch, Choice, Number, Numbers, Rate, Switch, Text, Whole, Wholes
+from pioneer_control.parameters import AutoSwitch, Choice, Number, Numbers, Rate, Signs, Switch, Text, Whole, Wholes
 from pioneer_control.robots import load_table
 from pioneer_control.robots.__main__ import main, table
 from pioneer_control.robots.table import FAMILIES
@@ -32,8 +32,8 @@ from pioneer_control.simulator.parameters import SimulatorParameters
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *DOCS.glob("*.md")])
-TYPES = {Number: "number", Rate: "number", Whole: "integer", Numbers: "list", Wholes: "list", Switch: "bool",
-         AutoSwitch: "bool, text", Text: "text", PlaceOrNothing: "list, text", Mounting: "list, text",
+TYPES = {Number: "number", Rate: "number", Whole: "integer", Numbers: "list", Wholes: "list", Signs: "list",
+         Switch: "bool", AutoSwitch: "bool, text", Text: "text", PlaceOrNothing: "list, text", Mounting: "list, text",
          PlaceOrNone: "list, text"}
 
 

@@ -73,7 +73,7 @@ ROS_PLACES = ("ros_node.py", "diagnostics_thread.py", "standard_messages.py", "d
 ROS_MODULES = {"rospy", "tf", "tf2_ros", "dynamic_reconfigure", "genpy", "rosbag", "rosgraph", "roslaunch", "roslib",
                "rospkg", "rostest", "rostopic", "nav_msgs", "geometry_msgs", "sensor_msgs", "std_msgs", "std_srvs",
                "tf2_msgs", "actionlib", "actionlib_msgs", "move_base_msgs", "rosgraph_msgs", "diagnostic_msgs",
-               "diagnostic_updater", "visualization_msgs"}
+               "diagnostic_updater", "visualization_msgs", "trajectory_msgs"}
 # Heavy or special libraries, and the only places that may use them.
 LIBRARY_PLACES = {"serial": ("client/serial_port",), "websocket": ("client/web_socket",),
                   "matplotlib": ("bags/", "simulator/picture", "description/picture"),

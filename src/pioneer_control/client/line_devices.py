@@ -79,6 +79,11 @@ class LineDevices:
             self._send()
             self._due.notify_all()
 
+    def wait_until(self, holds: Callable[[], bool], timeout: float) -> bool:
+        """Wait until something holds of a device, for ``timeout`` (s) at most. Return whether it does."""
+        with self._due:
+            return self._due.wait_for(holds, timeout)
+
     def end(self, timeout: float) -> bool:
         """Bring all devices to rest. Return whether they are, within ``timeout`` (s). The wheels stand already."""
         with self.using() as now:

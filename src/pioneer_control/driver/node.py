@@ -14,7 +14,7 @@ safety are in the client and use monotonic time.
 
 import contextlib
 from time import monotonic
-from typing import Any, Callable, Dict, Mapping
+from typing import Any, Callable, Dict, Mapping, Tuple
 
 import rospy
 
@@ -41,8 +41,8 @@ ENDING = "ending"
 """The lock that is set while devices on the robot come to rest at the end."""
 WHEELS_STAND = 1.0
 """The longest time (s) that the wheels have to come to rest before these devices, and the motors to go off."""
-DEVICES_REST = 3.0
-"""The longest time (s) that these devices have."""
+DEVICES_REST = 10.0
+"""The longest time (s) that these devices have: an arm parks. roslaunch kills a node 15 s after SIGINT."""
 
 
 class DriverNode:
@@ -66,10 +66,16 @@ class DriverNode:
         if parameters.camera is not None:
             from .ptz_topics import PtzTopics   # only now: to load what it needs takes a fifth of a start
 
-            self._camera = PtzTopics(parameters, parameters.camera, lambda: self._steered.state().locks)
+            self._camera = PtzTopics(parameters, parameters.camera, self._locks_of_devices)
+        self._arm: Any = None           # an ArmTopics, if there is an arm
+        if parameters.arm is not None:
+            from .arm_topics import ArmTopics       # only now, for the same reason
+
+            self._arm = ArmTopics(parameters.arm, self._locks_of_devices)
         self._diagnostics = Diagnostics(without_key(parameters.port), parameters.baud, how_to_enable, obstacles,
                                         lambda: self._robot.link, lambda: self._steered.state(),
-                                        {} if self._camera is None else {"Camera": self._camera.finding})
+                                        {name: topics.finding for name, topics in (
+                                            ("Camera", self._camera), ("Arm", self._arm)) if topics is not None})
         self._asked_to_end = False
         self._started = monotonic()
         self._publications = Publications(parameters, lambda kind, on: self._robot.request_data(kind, on))
@@ -99,10 +105,14 @@ class DriverNode:
         self._borrowed = BorrowedAccelerations(parameters.tuning, self._robot.tune)
         self._robot.listen(lambda state: self._put_back_accelerations())
         self._requests = Requests(parameters, self._robot, self._steered, self._watch, self._borrowed, self._warn)
-        self._devices = LineDevices(self._robot, [] if self._camera is None else self._camera.aux,
-                                    self._devices_changed)
+        self._devices = LineDevices(self._robot, [
+            *([] if self._camera is None else self._camera.aux), *([] if self._arm is None else [self._arm.session])],
+            self._devices_changed)
         if self._camera is not None:
             self._robot.listen(self._camera.state)
+        if self._arm is not None:
+            self._arm.offer(self._devices, self._requests)
+            self._robot.listen(self._arm.state)
         # For each type of event of the link: the method that informs the user.
         self._reactions: Dict[type, Callable[[Any], None]] = {
             Ready: self._welcome,
@@ -167,7 +177,7 @@ class DriverNode:
 
         Without a device that acts at the end, this does nothing and takes no time.
         """
-        if self._camera is None or not self._camera.acts_at_end:
+        if not any(topics is not None and topics.acts_at_end for topics in (self._camera, self._arm)):
             return
         self._steered.lock(ENDING)
         with contextlib.suppress(PioneerError):
@@ -176,13 +186,20 @@ class DriverNode:
             while self._robot.wait_for_state().moving and monotonic() < until:
                 pass
             self._steered.request_motors(False, WHEELS_STAND)()
+        until = monotonic() + DEVICES_REST
         self._devices.end(DEVICES_REST)
-        self._camera.end(DEVICES_REST)
+        if self._camera is not None:
+            self._camera.end(max(0.0, until - monotonic()))
         self._devices.close()
 
+    def _locks_of_devices(self) -> Tuple[str, ...]:
+        """Return the locks that keep devices still, too: a robot in a dock may move them."""
+        return tuple(lock for lock in self._steered.state().locks if lock != DOCKED)
+
     def _devices_changed(self) -> None:
-        if self._camera is not None:
-            self._camera.changed()
+        for topics in (self._camera, self._arm):
+            if topics is not None:
+                topics.changed()
 
     def _reconfigure(self, parameters: DriverParameters) -> None:
         """Put new values into effect for the parameters that may change while the driver runs."""

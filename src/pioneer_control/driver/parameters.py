@@ -7,11 +7,14 @@ import math
 from dataclasses import dataclass, fields, replace
 from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Tuple
 
+from ..arm.joints import JointSettings
+from ..arm.phases import ArmSettings
+from ..arm.status import LAYOUTS
 from ..client import Tuning, VelocityInput
 from ..errors import ParameterError
 from ..p2os import BAUD_RATES
-from ..parameters import (AutoSwitch, Choice, Number, Numbers, Rate, Switch, Text, Whole, Wholes, check, check_old,
-                          parameter)
+from ..parameters import (AutoSwitch, Choice, Number, Numbers, Rate, Signs, Switch, Text, Whole, Wholes, check,
+                          check_old, parameter)
 from ..ptz import Cabling, CameraSettings
 from ..ptz.view import Place3
 from ..vcc4 import CAMERA_MODELS, TELE_DEG, WIDE_DEG, count_of
@@ -62,6 +65,12 @@ TUNING = {
 
 When a parameter has its default value, the robot keeps its own value.
 """
+
+
+FIVE = 5    # joints of an arm, without its gripper
+ANY_ANGLE = 3.2
+"""Limit (rad) that no joint of an arm reaches."""
+ANGLES = Numbers(FIVE, -ANY_ANGLE, ANY_ANGLE)
 
 
 class PlaceOrNone(NamedTuple):
@@ -151,6 +160,25 @@ class DriverParameters:
     ptz_fov_wide: float = parameter(WIDE_DEG, Number(1.0, 120.0), "horizontal field of view at zoom 0, for ptz_view",
                                     "deg")
     ptz_fov_tele: float = parameter(TELE_DEG, Number(0.1, 120.0), "the same at the other end, zoom 1960", "deg")
+    use_arm: bool = parameter(False, Switch(), "there is a Pioneer Arm; it gets no power before somebody asks")
+    arm_layout: str = parameter("auto", Choice(("auto", *LAYOUTS)), "layout of its status packets; auto: find out")
+    arm_signs: Tuple[int, ...] = parameter(
+        (1,) * FIVE, Signs(FIVE), "-1 for each joint that turns the other way: base, shoulder, elbow, roll, wrist")
+    arm_offsets: Tuple[float, ...] = parameter(
+        (0.0,) * FIVE, ANGLES, "angle of each joint when its servo is at its centre", "rad")
+    arm_lower: Tuple[float, ...] = parameter(
+        (-ANY_ANGLE,) * FIVE, ANGLES, "lower limit of each joint, besides the arm's own", "rad")
+    arm_upper: Tuple[float, ...] = parameter(
+        (ANY_ANGLE,) * FIVE, ANGLES, "upper limit of each joint, besides the arm's own", "rad")
+    arm_max_speeds: Tuple[float, ...] = parameter(
+        (0.5,) * FIVE, Numbers(FIVE, 0.12, 2.0), "highest speed of each joint", "rad/s")
+    arm_gripper_speed: float = parameter(0.02, Number(0.004, 0.2), "highest speed of the arm's gripper", "m/s")
+    arm_max_step: float = parameter(
+        1.6, Number(0.05, 6.3), "farthest that a joint may move from one point of a motion to the next", "rad")
+    arm_autopark: int = parameter(
+        600, Whole(60, 65535), "time without a command after which the arm parks by itself", "s")
+    arm_grippark: int = parameter(
+        300, Whole(60, 65535), "time after which a closed gripper of the arm opens by itself", "s")
     pose_covariance_moving: Variances = parameter((1e-3, 1e-3, UNKNOWN, UNKNOWN, UNKNOWN, 1e-2), VARIANCES,
                                                   "of pose, while the robot moves")
     pose_covariance_still: Variances = parameter((1e-3, 1e-3, UNKNOWN, UNKNOWN, UNKNOWN, 1e-2), VARIANCES,
@@ -181,6 +209,17 @@ class DriverParameters:
         speeds = (count_of(math.degrees(speed)) for speed in (self.ptz_pan_speed, self.ptz_tilt_speed))
         return CameraSettings(self.ptz, Cabling(self.ptz_cabling), self.ptz_inverted, self.ptz_power_off_at_end,
                               *speeds)
+
+    @property
+    def arm(self) -> Optional[ArmSettings]:
+        """The settings of the arm. None without one."""
+        if not self.use_arm:
+            return None
+        joints = map(JointSettings, self.arm_max_speeds, self.arm_signs, self.arm_offsets, self.arm_lower,
+                     self.arm_upper)
+        return ArmSettings((*joints, JointSettings(self.arm_gripper_speed)),
+                           None if self.arm_layout == "auto" else self.arm_layout, self.arm_autopark,
+                           self.arm_grippark, self.arm_max_step)
 
     @property
     def odom_frame(self) -> str:

@@ -15,6 +15,7 @@ import pytest
 from bottle import Bottle
 from test_driver_ptz import PTZ_EFFECTS
 from geometry_msgs.msg import Twist, Vector3
+from test_driver_arm import ARM_EFFECTS
 
 from pioneer_control.driver.parameters import LIVE, DriverParameters
 from pioneer_control.driver.reconfigure import encode
@@ -250,7 +251,7 @@ def test_a_live_parameter_has_its_effect_while_the_driver_runs(name):
 
 
 def test_every_parameter_has_an_effect():
-    assert {*EFFECTS, *PTZ_EFFECTS} == {entry.name for entry in dataclasses.fields(DriverParameters)}
+    assert {*EFFECTS, *PTZ_EFFECTS, *ARM_EFFECTS} == {entry.name for entry in dataclasses.fields(DriverParameters)}
 
 
 @pytest.mark.parametrize("effect", [

@@ -11,6 +11,7 @@ import pytest
 from pioneer_control import standard_messages
 from pioneer_control.client.health import TASKS
 from pioneer_control.driver import accessory_requests, conversions, requests
+from pioneer_control.driver.arm_topics import ARM_PUBLISHED, ARM_SERVICES, ARM_TOPICS
 from pioneer_control.driver.parameters import DriverParameters
 from pioneer_control.driver.publications import Publications
 
@@ -40,6 +41,13 @@ def test_what_is_taken():
 
 def test_what_is_served():
     assert listed(REFERENCE, "Services") == SERVED
+
+
+def test_what_a_pioneer_arm_publishes_takes_and_serves():
+    arm = (ROOT / "docs" / "arm.md").read_text(encoding="utf-8")
+    assert listed(arm, "What it publishes") == [(name, kind._type) for name, kind in ARM_PUBLISHED]
+    assert listed(arm, "What it takes") == [(topic.name, topic.message._type) for topic in ARM_TOPICS]
+    assert listed(arm, "Services") == [(service.name, service.kind._type) for service in ARM_SERVICES]
 
 
 def test_the_tasks_of_diagnostics():

@@ -111,6 +111,16 @@ def test_the_end_waits_until_every_device_rests():
     devices.close()
 
 
+def test_a_caller_waits_for_a_device():
+    device = FakeDevice()
+    robot, devices, _ = joined(device)
+    told = threading.Timer(0.01, lambda: robot.tell(PacketReceived(Encoder(1, 2), 0.0, 0.0)))
+    told.start()
+    assert devices.wait_until(lambda: bool(device.calls), LIMIT)
+    told.join()
+    assert not devices.wait_until(lambda: len(device.calls) > 1, 0.01)
+
+
 def test_the_end_does_not_wait_for_ever():
     stubborn = FakeDevice(rests=math.inf)
     stubborn.tick = lambda now: setattr(stubborn, "due", math.inf)

@@ -33,6 +33,11 @@ LEGAL = [
     ("ptz_pan_speed", 0.5, 0.5), ("ptz_tilt_speed", 1, 1.0), ("ptz_place", " ", None), ("ptz_inverted", True, True),
     ("ptz_power_off_at_end", True, True), ("ptz_fov_wide", 48, 48.0), ("ptz_fov_tele", 1.97, 1.97),
     *[("ptz_place", place, Place3(0.1, 0.0, 0.4)) for place in ([0.1, 0, 0.4], "[0.1, 0, 0.4]", "0.1,0,0.4")],
+    ("use_arm", True, True), ("arm_layout", "M", "M"), ("arm_signs", [1, -1, 1, 1, -1.0], (1, -1, 1, 1, -1)),
+    ("arm_offsets", [0, -0.1, 0, 3.2, 0], (0.0, -0.1, 0.0, 3.2, 0.0)),
+    ("arm_lower", [-1] * 5, (-1.0,) * 5), ("arm_upper", [1] * 5, (1.0,) * 5),
+    ("arm_max_speeds", [0.12] * 5, (0.12,) * 5), ("arm_gripper_speed", 0.2, 0.2), ("arm_max_step", 6.3, 6.3),
+    ("arm_autopark", 60, 60), ("arm_grippark", 65535, 65535),
 ] + [(gain, value, value) for gain in GAINS for value in (-1, 0, 65535)] + [
     (variances, [0, 0.1, 0, 0, 0, 1e6], (0.0, 0.1, 0.0, 0.0, 0.0, 1e6)) for variances in VARIANCES
 ]
@@ -72,6 +77,13 @@ ILLEGAL = [
     ("sonar_polling", [0.5], "whole numbers"), ("sonar_polling", [True], "whole numbers"),
     ("sonar_polling", "0", "list"),
     ("sonar_no_echo", "5", "inf, max"), ("sonar_no_echo", math.inf, "inf, max"),
+    ("use_arm", 1, "true or false"), ("arm_layout", "B", "auto, A, M"),
+    ("arm_signs", [1] * 4, "5 numbers, each 1 or -1"), ("arm_signs", [1, 1, 1, 1, 0], "each 1 or -1"),
+    ("arm_signs", [1, 1, 1, 1, 0.5], "each 1 or -1"), ("arm_signs", "1", "each 1 or -1"),
+    ("arm_signs", [1, 1, 1, 1, True], "each 1 or -1"), ("arm_offsets", [0.0] * 6, "5 numbers from -3.2 to 3.2"),
+    ("arm_lower", [math.nan] * 5, "5 numbers"), ("arm_upper", [9.0] * 5, "5 numbers"),
+    ("arm_max_speeds", [0.0] * 5, "0.12 to 2"), ("arm_gripper_speed", 1.0, "0.004 to 0.2"),
+    ("arm_max_step", 0.0, "0.05 to 6.3"), ("arm_autopark", 0, "60 to 65535"), ("arm_grippark", 70000, "60 to 65535"),
 ] + [(gain, value, "-1 to 65535") for gain in GAINS for value in (-2, 65536, 0.5, True)] + [
     (variances, value, "6 numbers from 0 to 1e+09")
     for variances in VARIANCES for value in ([0] * 5, [0, 0, 0, 0, 0, -1], 0.1, [math.nan] * 6)

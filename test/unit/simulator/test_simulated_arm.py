@@ -14,6 +14,7 @@ from pioneer_control.simulator.firmware import Firmware
 from pioneer_control.simulator.hardware import standard_numbers
 from pioneer_control.simulator.hardware.arm import PioneerArm
 from pioneer_control.robots import find_model
+from pioneer_control.simulator.line.cameras import CameraPorts, fit_camera
 from pioneer_control.simulator.line.robot_link import RobotLink
 from pioneer_control.simulator.line.faults import KINDS
 from pioneer_control.simulator.world import World
@@ -278,9 +279,12 @@ def test_a_reset_or_a_power_cycle_of_the_robot_drops_it():
 def test_the_port_of_the_arm_has_no_room_for_another_device():
     robot = Firmware(find_model("p3dx-sh"), World("hall"), (0.0, 0.0, 0.0), arm=True)
     assert robot.hardware.aux[0].joined is robot.hardware.arm
-    with pytest.raises(ParameterError, match="AUX1 has an arm already: an arm needs another auxiliary port"):
+    with pytest.raises(ParameterError, match="AUX1 has an arm already: a camera needs another auxiliary"):
+        fit_camera(robot, CameraPorts("vcc4"))
+    fit_camera(robot, CameraPorts("vcc4", aux=2))
+    with pytest.raises(ParameterError, match="AUX1 has an arm already: an arm needs another auxiliary"):
         robot.hardware.join_arm(NUMBERS.arm)
-    robot.hardware.aux[1].join(PioneerArm(NUMBERS.arm), 2)
+    robot.hardware.aux[2].join(PioneerArm(NUMBERS.arm), 3)
 
 
 def test_random_commands_never_leave_its_ranges_or_upset_it():
