@@ -15,7 +15,6 @@ from pioneer_control.arm.joints import JOINT_NAMES
 from pioneer_control.client.line_devices import LineDevices
 from pioneer_control.driver import node as node_module
 from pioneer_control.driver.arm_topics import ARM_SERVICES, ARM_TOPICS
-from pioneer_control.driver.diagnostics import Diagnostics
 from pioneer_control.driver.parameters import DriverParameters
 from pioneer_control.errors import UsageError
 from pioneer_control.robots import find_model
@@ -401,7 +400,6 @@ def test_how_it_is_is_a_task_of_the_diagnostics(run):
     assert (bottle.well.level, bottle.well.message) == (0, "servo power is on: on")
     assert bottle.well.values["Servo power"] == "True" and bottle.well.values["Parks by itself in"].endswith(" s")
     assert bottle.off.level == 1 and "its controller does not answer" in bottle.off.message
-    assert Diagnostics("p", 9600, "h", {}, lambda: None, lambda: None, {"Arm": lambda: bottle.well})._devices["Arm"]
 
 
 # -- parameters
