@@ -2,9 +2,14 @@
 
 import math
 import random
+import sys
+from pathlib import Path
 
 import pytest
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
+
+import fuzz_arm
 from arm_rig import SPEEDS, ArmRig
 
 from pioneer_control import p2os
@@ -12,7 +17,7 @@ from pioneer_control.arm.findings import finding
 from pioneer_control.arm.joints import JOINT_NAMES, JointSettings
 from pioneer_control.arm.kinematics import forward
 from pioneer_control.arm.motion import Point
-from pioneer_control.arm.orders import CONFIRM_TIME, HOME_TIME
+from pioneer_control.arm.orders import CONFIRM_TIME, HOME_TIME, Park
 from pioneer_control.arm.phases import ArmSettings
 from pioneer_control.client.fault_flags import Level
 from pioneer_control.errors import LinkError, RefusedError, UsageError
@@ -46,6 +51,14 @@ def test_it_finds_the_arm_and_moves_nothing(layout, told):
     assert rig.positions[SHOULDER] == pytest.approx(math.radians(79.714), abs=1e-4)
     # asked once for a continuous status: asking again might count as a command for the autopark timer
     assert rig.names.count("ARM_STATUS") == 1
+
+
+@pytest.mark.parametrize("layout, told", [("A", "M"), ("M", "A")])
+def test_a_layout_that_the_user_has_wrong_is_seen_before_anything_is_sent(layout, told):
+    """Taken for an arm that is not connected, it would get a reset, and fall down if it has power."""
+    rig = ArmRig(layout=layout, settings=ArmSettings(SPEEDS, told)).wait(5.0)
+    assert rig.condition == "none" and "ARM_INIT" not in rig.names
+    assert "its status packets do not have the layout %s that the parameter arm_layout says" % told in rig.notices[0]
 
 
 def test_both_timers_and_slow_speeds_are_set_before_anybody_asks_for_power():
@@ -482,32 +495,13 @@ def test_a_link_that_breaks_at_the_end_ends_it():
 
 # -- a line that lies
 
-def test_packets_of_any_kind_at_any_time_upset_nothing():
-    rng = random.Random(4)
-    rig = ArmRig(connect=False)
-    session, now = rig.session, 0.0
-    for _ in range(20000):
-        now += rng.choice((0.0, 0.01, 0.1, 1.0))
-        what = rng.randrange(10)
-        if what < 4:
-            bits = rng.choice((0, 2, 3, 7, rng.randrange(256)))
-            session.packet(p2os.Arm(bits, rng.choice((0, 3, 7, rng.randrange(256))),
-                                    tuple(rng.randrange(256) for _ in range(6))), now)
-        elif what < 6:
-            joints = tuple(p2os.ArmJoint(*(rng.randrange(256) for _ in range(6))) for _ in range(rng.randrange(9)))
-            session.packet(p2os.ArmInfo(rng.choice(("1.7", "No arm", "")), joints), now)
-        elif what == 6:
-            rng.choice((lambda: session.connected(None, now), lambda: session.disconnected(now)))()
-        elif now >= session.due:
-            session.tick(now)
-            assert session.due > now
-        try:
-            rng.choice((session.power_on, session.home, session.park, session.init, session.stop,
-                        lambda now: session.move([BASE], [Point([rng.uniform(-2, 2)], rng.uniform(0, 3))], now)))(now)
-        except (RefusedError, LinkError, UsageError):
-            pass
-        for packet in session.take_commands():
-            command = p2os.decode_command(next(iter(p2os.FrameDecoder().feed(packet))))
-            assert command.name.startswith("ARM_") and (command.name, command.value) != ("ARM_POWER", 0)
-        finding(session, now)
-    assert len(session.take_notices()) > 10
+def test_packets_calls_and_times_of_any_kind_upset_nothing():
+    """bench/fuzz_arm.py does the same a million times."""
+    counts = fuzz_arm.fuzz_session(random.Random(4), 20000)
+    assert counts["obeyed"] > 1000 and counts["refused"] > 1000 and counts["sent"] > 1000
+
+
+def test_a_session_that_would_drop_the_arm_is_seen(monkeypatch):
+    monkeypatch.setattr(Park, "begin", lambda order, status, now: (p2os.encode_command("ARM_POWER", 0),))
+    with pytest.raises(AssertionError, match="ARM_POWER"):
+        fuzz_arm.fuzz_session(random.Random(4), 20000)

@@ -68,7 +68,7 @@ class Joint(NamedTuple):
 
     def value(self, tick: int) -> float:
         """Return the value at a position (ticks)."""
-        return (tick - self.zero) * self.unit
+        return (tick - self.zero) * self.unit + 0.0     # no -0.0
 
     def tick(self, value: float) -> int:
         """Return the position (ticks) nearest to a finite value. It is within the servo's range and the limits."""

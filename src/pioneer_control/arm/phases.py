@@ -189,7 +189,8 @@ class Fitted:
             "off": "found, without servo power",
             "powering on": "servo power comes on: it jumps to its home position and may shake",
             "resetting": "a warm reset: its controller is looked for",
-        }.get(self.condition, "servo power is on: %s" % self.condition)
+            "on": "servo power is on",
+        }.get(self.condition, "servo power is on, and it is %s" % self.condition)
 
     @property
     def preparation(self) -> Packets:

@@ -81,7 +81,10 @@ class ArmSession:
                 self.phase = Absent("the robot reports that it has no arm", self._output)
         elif isinstance(packet, p2os.Arm) and isinstance(phase, Asking):
             status = phase.read(packet, now)
-            if status is not None and phase.info is not None:
+            if phase.reader.contradicted:
+                self.phase = Absent("its status packets do not have the layout %s that the parameter arm_layout says"
+                                    % phase.reader.layout, self._output)
+            elif status is not None and phase.info is not None:
                 self.statuses += 1
                 self._found(Fitted(phase.info, self._settings, phase.reader, status, self._output, now), now)
         elif isinstance(packet, p2os.Arm) and isinstance(phase, Fitted):
@@ -218,7 +221,7 @@ class ArmSession:
             self._output.say(problem)
         if arm.status.powered:
             self._output.say("the arm has servo power already; nobody has asked this driver for it")
-        if arm.status.linked:
+        if arm.status.linked or arm.status.powered:     # a reset would take the power, and the arm would fall down
             arm.send(arm.preparation, now)
         else:
             arm.begin(Init(arm.preparation), now)

@@ -38,15 +38,19 @@ class StatusReader:
 
     Attributes:
         layout: as the argument, or as it was found out. None as long as it is not known.
+        contradicted: whether the last packet makes sense only in the other layout.
     """
 
     def __init__(self, layout: Optional[str] = None) -> None:
         self.layout = layout
+        self.contradicted = False
 
     def read(self, packet: p2os.Arm) -> Optional[ArmStatus]:
         """Return what a packet means; None if it can mean two things, and no packet before has told the layout."""
+        seen = layout_of(packet)
         if self.layout is None:
-            self.layout = layout_of(packet)
+            self.layout = seen
+        self.contradicted = seen not in (None, self.layout)
         if self.layout is None and (packet.status_bits or packet.motion_bits):
             return None
         first, second = packet.status_bits, packet.motion_bits

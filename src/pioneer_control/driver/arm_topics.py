@@ -6,7 +6,7 @@ Positions are rad, with the signs of `arm.kinematics`; of the gripper m.
 
 import contextlib
 from time import monotonic
-from typing import Any, Callable, List, Optional, Tuple
+from typing import Any, Callable, Iterator, List, Optional, Tuple
 
 import rospy
 from sensor_msgs.msg import JointState
@@ -113,15 +113,13 @@ class ArmTopics:
         if not message.points:
             self.stop()
             return
-        self._check_locks(topic)
         points = [Point(point.positions, point.time_from_start.to_sec()) for point in message.points]
-        with _naming(topic), self._devices.using() as now:
+        with self._commanding(topic) as now:
             self.session.move(message.joint_names, points, now)
 
     def grip(self, topic: str, message: Float64, sender: str) -> None:
         """Obey arm_gripper/command: the opening between the fingers (m)."""
-        self._check_locks(topic)
-        with _naming(topic), self._devices.using() as now:
+        with self._commanding(topic) as now:
             self.session.move([GRIPPER], [Point([message.data], 0.0)], now)
 
     def power(self, on: bool) -> str:
@@ -147,8 +145,8 @@ class ArmTopics:
         return "the arm was told to stop"
 
     def _obeyed(self, what: str, begin: Callable[[float], ArmOrder], done: str) -> str:
-        self._check_locks(what)
-        with self._devices.using() as now:
+        """Begin an order, and wait until it is done. Return the text for that."""
+        with self._commanding(what) as now:
             order = begin(now)
         self._devices.wait_until(lambda: not order.under_way, ANSWER_TIME)
         if order.problem is None:
@@ -157,23 +155,24 @@ class ArmTopics:
             raise NotConfirmedError("%s failed: %s" % (what, order.problem))
         return done
 
+    @contextlib.contextmanager
+    def _commanding(self, what: str) -> Iterator[float]:
+        """Let the caller command the arm in a ``with`` block, unless a lock is set. It gets the time (s).
+
+        The lock is looked for in the block: whoever sets it later stops what was begun here, in `_halt`.
+        """
+        with self._devices.using() as now:
+            for lock in self._locks():
+                raise RefusedError("%s refused: %s is set" % (what, lock))
+            try:
+                yield now
+            except UsageError as error:
+                raise UsageError("%s refused: %s" % (what, error)) from None
+
     def _halt(self) -> None:
         """Stop the arm, because a lock was set. Where there is none, nothing moves by us."""
         with contextlib.suppress(PioneerError):
             self.stop()
-
-    def _check_locks(self, what: str) -> None:
-        for lock in self._locks():
-            raise RefusedError("%s refused: %s is set" % (what, lock))
-
-
-@contextlib.contextmanager
-def _naming(topic: str) -> Any:
-    """Put the topic before the reason why a motion is not legal."""
-    try:
-        yield
-    except UsageError as error:
-        raise UsageError("%s refused: %s" % (topic, error)) from None
 
 
 def state_message(session: ArmSession) -> Arm:

@@ -330,6 +330,19 @@ def test_stop_all_stops_the_arm_and_refuses_what_would_move_it(run):
     assert bottle.seen[0] == 130
 
 
+def test_a_lock_that_is_set_meanwhile_is_never_missed(run):
+    """Locks are looked for while the arm cannot get another command: who sets one later, stops what was begun."""
+    def script(bottle):
+        yield from bottle.power()
+        bottle.looked = []
+        bottle.node._arm._locks = lambda: bottle.looked.append(bottle.node._devices._due._is_owned()) or ()
+        bottle.move(base=0.1)
+        bottle.send("arm_gripper/command", Float64(0.01))
+        yield from bottle.asked("arm/park")
+
+    assert run(script).looked == [True] * 3
+
+
 def test_the_stop_button_of_the_robot_stops_the_arm(run):
     def script(bottle):
         yield from bottle.power()
@@ -397,7 +410,7 @@ def test_how_it_is_is_a_task_of_the_diagnostics(run):
         bottle.off = bottle.node._arm.finding()
 
     bottle = run(script)
-    assert (bottle.well.level, bottle.well.message) == (0, "servo power is on: on")
+    assert (bottle.well.level, bottle.well.message) == (0, "servo power is on")
     assert bottle.well.values["Servo power"] == "True" and bottle.well.values["Parks by itself in"].endswith(" s")
     assert bottle.off.level == 1 and "its controller does not answer" in bottle.off.message
 
@@ -406,7 +419,7 @@ def test_how_it_is_is_a_task_of_the_diagnostics(run):
 
 ARM_EFFECTS = {
     "use_arm": (False, lambda bottle: any(name.startswith("ARM") for name in names_heard(bottle)), True, False),
-    "arm_layout": ("M", lambda bottle: bottle.state.layout, "A", "M"),
+    "arm_layout": ("M", lambda bottle: bottle.state.condition == "none", False, True),
     "arm_signs": ((-1, 1, 1, 1, 1), lambda bottle: bottle.seen[0], 163, 97),
     "arm_offsets": ((0.1, 0.0, 0.0, 0.0, 0.0), lambda bottle: bottle.seen[0], 163, 157),
     "arm_lower": ((0.3, -3.0, -3.0, -3.0, -3.0), lambda bottle: round(bottle.state.lower[0], 2), -1.57, 0.3),

@@ -62,7 +62,9 @@ def test_an_arm_that_does_not_answer_is_understood_before_its_layout_is_known():
     assert reader.read(packet(3, 7)).moving == (True, True, False, False, False, False)
 
 
-def test_a_forced_layout_is_kept():
+def test_a_forced_layout_is_kept_and_a_packet_that_contradicts_it_is_seen():
     reader = StatusReader("M")
-    assert not reader.read(packet(0, 7)).powered and reader.layout == "M"
+    assert reader.read(packet(2, 0)).linked and not reader.contradicted
+    assert not reader.read(packet(0, 7)).powered and reader.layout == "M" and reader.contradicted
+    assert reader.read(packet(0, 0)) is not None and not reader.contradicted
     assert not StatusReader("A").read(packet(3, 0)).powered
