@@ -191,6 +191,12 @@ def test_park_is_the_only_power_off_and_drops_nothing():
     assert rig.condition == "off" and rig.positions[ELBOW] == pytest.approx(-math.pi / 2)
 
 
+def test_park_begins_with_a_stop():
+    rig = ArmRig().powered()
+    rig.sent.clear()
+    assert rig.finish(rig.session.park(rig.now)).names == ["ARM_STOP", "ARM_PARK"]
+
+
 def test_park_just_after_power_on_does_not_leave_the_power_on():
     rig = ArmRig()
     power = rig.session.power_on(rig.now)
@@ -382,6 +388,13 @@ def test_a_link_that_breaks_forgets_everything():
     rig.session.connected(None, rig.now)
     rig.wait(10.0)
     assert not MOVES & set(rig.names) and rig.condition in ("on", "moving")
+
+
+def test_what_was_not_sent_before_the_link_broke_is_never_sent():
+    rig = ArmRig()
+    rig.session.power_on(rig.now)
+    rig.session.disconnected(rig.now)
+    assert rig.session.take_commands() == []
 
 
 def test_an_emergency_stops_it_and_keeps_it_there():

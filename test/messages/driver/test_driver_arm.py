@@ -276,6 +276,16 @@ def test_what_makes_no_sense_is_refused_with_the_reason(run):
     assert "arm_gripper/command refused: arm_gripper_joint of point 0 is inf" in bottle.warned
 
 
+def test_a_service_that_fails_says_why(run):
+    def script(bottle):
+        yield from bottle.wait(1.0)
+        bottle.deaf_to = {"ARM_POWER"}
+        bottle.answer = yield from bottle.asked("arm/power", True)
+
+    assert run(script).answer == (
+        False, "arm/power failed: the arm did not confirm within 2 s that its servo power is on")
+
+
 def test_nothing_moves_without_power_and_the_answer_says_how_to_get_it(run):
     def script(bottle):
         yield from bottle.wait(1.0)
@@ -314,9 +324,9 @@ def test_stop_all_stops_the_arm_and_refuses_what_would_move_it(run):
         bottle.answers = []
         for service, *values in (["arm/home"], ["arm/park"], ["arm/power", True], ["arm/power", False], ["arm/init"]):
             bottle.answers.append((yield from bottle.asked(service, *values)))
-        bottle.stop = yield from bottle.asked("arm/stop")
         yield from bottle.wait(1.0)
         bottle.still = bottle.ticks, bottle.arm.powered
+        bottle.stop = yield from bottle.asked("arm/stop")
         bottle.send("stop_all", Bool(False))
         yield from bottle.wait(1.0)
         bottle.after = bottle.ticks

@@ -68,6 +68,11 @@ def test_limits_of_the_user_can_only_narrow_the_range():
     assert narrow.allows(-0.5) and narrow.allows(-0.507) and not narrow.allows(-0.508)
 
 
+def test_no_position_beyond_the_servo_is_ever_sent():
+    wide = joint(2)._replace(lower=-9.0, upper=9.0)
+    assert (wide.tick(9.0), wide.tick(-9.0)) == (25, 235)
+
+
 @pytest.mark.parametrize("ticks_per_90, max_speed, speed_ms", [
     (105, 0.5, 30), (105, 10.0, 2), (105, 100.0, 1), (105, 0.01, 127), (60, 0.5, 53)])
 def test_no_servo_is_faster_than_the_user_lets_it(ticks_per_90, max_speed, speed_ms):
