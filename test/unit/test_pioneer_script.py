@@ -456,7 +456,7 @@ BUILD_TOOLS = {"cmake", "make", "g++", "python3-typeshed", "rosbash", "librostes
 def test_the_list_of_packages_agrees_with_package_xml():
     """Only RViz and what the tests alone need are not in the list: `run --rviz` and `test` install them."""
     assert {BROUGHT_BY.get(name, name) for name in named_by_package_xml() -
-            {"rviz", "python3-selenium", "python3-venv"}} | BUILD_TOOLS == set(debian_packages())
+            {"rviz", "python3-selenium", "python3-venv", "liburdfdom-tools"}} | BUILD_TOOLS == set(debian_packages())
 
 
 def test_only_the_tests_install_a_browser(clone):
@@ -465,7 +465,8 @@ def test_only_the_tests_install_a_browser(clone):
     assert [call for call in clone.calls if "chromium" in call] == []
     clone.run("test", INSTALLED=installed)
     (install,) = [call for call in clone.calls if "chromium" in call]
-    assert install.endswith("install -y --no-install-recommends chromium chromium-driver python3-selenium python3-venv")
+    assert install.endswith("install -y --no-install-recommends chromium chromium-driver liburdfdom-tools"
+                            " python3-selenium python3-venv")
 
 
 def test_continuous_integration_calls_the_same_command():

@@ -226,6 +226,22 @@ def test_what_ends_it(run, end):
     assert (bottle.first, bottle.then, bottle.later) == (True, False, False)
 
 
+def test_a_joystick_does_not_take_over_a_robot_that_moves(run):
+    def script(bottle):
+        bottle.send("cmd_motor_state", MotorState(1))
+        yield 0.5
+        for _ in range(10):
+            bottle.send("cmd_vel", Twist(Vector3(0.3, 0, 0), Vector3()))
+            yield 0.1
+        bottle.answer = bottle.call("set_joystick_drive", True)
+        yield 3.0
+        bottle.again = yield from ask(bottle, "set_joystick_drive", True)
+
+    bottle = run(script)
+    assert not bottle.answer.success and bottle.answer.message == "the robot moves: ask again when it stands"
+    assert bottle.again[0], "it was stopped meanwhile"
+
+
 @pytest.mark.parametrize("befall, says", [
     (lambda bottle: bottle.send("stop_all", Bool(True)), "stop_all is set"),
     (lambda bottle: None, "the motors are off: switch them on first"),
