@@ -86,6 +86,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--walkers", type=int, default=0, help="people who walk in each world (default: %(default)s)")
     parser.add_argument("--specular", type=float, default=40.0,
                         help="degrees beyond which a wall returns no echo (default: %(default)s)")
+    parser.add_argument("--laser", action="store_true", help="the robot has a laser, too")
     parser.add_argument("--processes", type=int, default=2)
     parser.set_defaults(goals=3, gripper=False, verbose=False, localised=1)
 
@@ -97,7 +98,8 @@ def main(options: argparse.Namespace) -> int:
     bad = [each for each in carries if each.contacts or each.wrong > 5.0 or math.isinf(each.known)]
     for each in bad:
         print("seed %d (%s, %s): known after %.1f s, sure but off for %.1f s, %d contacts: %s" % each)
-    print("seeds %s, %d walkers, s%g" % (options.seeds, options.walkers, options.specular))
+    print("seeds %s, %d walkers, s%g%s" % (
+        options.seeds, options.walkers, options.specular, ", with a laser" if options.laser else ""))
     print(report(carries))
     return int(bool(bad))
 

@@ -119,7 +119,7 @@ class Drive:
         self.grid_map, self.chassis, self.goals, luck = prepared(its, options.goals)
         kept = its.world.changed(goals={str(number): goal for number, goal in enumerate(self.goals)})
         self.world = with_walkers(with_unmapped(kept, luck.randint(0, 3), seed), options.walkers, seed)
-        self.robot = SimulatedRobot(its.setup, self.world, seed)
+        self.robot = SimulatedRobot(its.setup._replace(laser=options.laser), self.world, seed)
         self.world.crowd.enter(self.robot.firmware.hardware.body)     # so that people see it
         self.people = people_of(self.world)
         for person in self.people:
@@ -284,6 +284,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--gripper", action="store_true", help="robots that can carry a gripper have one")
     parser.add_argument("--specular", type=float, default=40.0,
                         help="degrees beyond which a wall returns no echo (default: %(default)s)")
+    parser.add_argument("--laser", action="store_true", help="the robot has a laser, too")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--picture", metavar="DIR", help="draw what failed into this folder")
     parser.add_argument("--all-pictures", action="store_true", help="draw all")
@@ -303,7 +304,7 @@ def main(options: argparse.Namespace) -> int:
                     leg.contacts, leg.contact), flush=True)
     print("seeds %s, %d goals, %d walkers, %s, s%g: %.0f s" % (
         options.seeds, options.goals, options.walkers, "localised" if options.localised else "true pose",
-        options.specular, time.perf_counter() - began))
+        options.specular, time.perf_counter() - began) + (", with a laser" if options.laser else ""))
     print(report(legs))
     return int(any(map(failed, legs)))
 

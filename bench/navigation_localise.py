@@ -63,6 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--specular", type=float, default=40.0,
                         help="degrees beyond which a wall returns no echo (default: %(default)s)")
     parser.add_argument("--speed", type=float, default=0.4, help="of the wander, m/s (default: %(default)s)")
+    parser.add_argument("--laser", action="store_true", help="the robot has a laser, too")
     parser.add_argument("--picture", metavar="DIR", help="draw each failure into this folder")
     parser.add_argument("--processes", type=int, default=2)
 
@@ -70,12 +71,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(options: argparse.Namespace) -> int:
     """Run what the command line says. Return 0 if no run failed, 1 if one did."""
     failures = 0
-    print("seeds %s, %g minutes, %g m/s, walls are lost beyond %g degrees" % (
-        options.seeds, options.minutes, options.speed, options.specular))
+    print("seeds %s, %g minutes, %g m/s, walls are lost beyond %g degrees%s" % (
+        options.seeds, options.minutes, options.speed, options.specular, ", with a laser" if options.laser else ""))
     print(HEAD)
     for start in STARTS if options.start == "all" else [options.start]:
         carried_at = options.minutes * 30.0 if start == "carried" else None
-        jobs = [Job(Wandering(seed, options.minutes, options.specular, options.speed, carried_at), start,
+        jobs = [Job(Wandering(seed, options.minutes, options.specular, options.speed, carried_at, options.laser),
+                    start,
                     options.picture) for seed in seeds_of(options.seeds)]
         with Pool(options.processes) as pool:
             runs = pool.map(run, jobs, chunksize=1)

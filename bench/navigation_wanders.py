@@ -22,13 +22,16 @@ FARTHER = 1.5  # m: it is carried at least as far
 
 
 class Wandering(NamedTuple):
-    """What to record. `carried_at`: time (s) at which the robot is put somewhere else; None: never."""
+    """What to record. `carried_at`: time (s) at which the robot is put somewhere else; None: never. `laser`: whether it
+    has one.
+    """
 
     seed: int
     minutes: float
     specular_deg: float = 40.0
     speed: float = 0.4
     carried_at: Optional[float] = None
+    laser: bool = False
 
 
 class Wander(NamedTuple):
@@ -46,7 +49,7 @@ class Wander(NamedTuple):
 def recorded(what: Wandering) -> Wander:
     """Let the robot of a seed wander, and record it."""
     its_case = case(what.seed, what.specular_deg)
-    robot = SimulatedRobot(its_case.setup, its_case.world, what.seed)
+    robot = SimulatedRobot(its_case.setup._replace(laser=what.laser), its_case.world, what.seed)
     grid_map = map_of(its_case.world)
     memory = Memory(seed=what.seed, speed=what.speed)
     sensings: List[Sensing] = []

@@ -14,6 +14,7 @@ Where it is:
 ``pose_search``      finds poses anywhere on the map that explain the last readings
 ``certainty``        whether the pose may be trusted
 ``measurement``      how well a pose explains readings; ``expected_ranges``: what a map lets expect
+``laser_field``      the same for the scans of a laser; ``laser_rays``: where its rays begin, and look
 ``recent_readings``  readings with the place of their sensor; ``looks``: what a turn on the spot tells anew
 ``wheel_calibration``  how the wheels err, learnt while it drives
 ``unseen_motion``    what it may have driven while nobody heard of it

@@ -174,7 +174,13 @@ class Certainty:
             self._usual = max(LEAST_USUAL, min(self._usual, self.explained / tuned.sure_explained))
             self._missed = 0.0
 
-    def hear(self, beams: Beams, explained: Array, way: float, new_way: float) -> None:
+    def change_sense(self) -> None:
+        """From now on another sense judges: what is usual of the one before says nothing of it."""
+        self.explained *= self._tuned.usual_explained / self._usual
+        self._usual, self._missed = self._tuned.usual_explained, 0.0
+        self._heard.clear()
+
+    def hear(self, beams: Beams, explained: Array, way: float, new_way: float, evidence: float = 1.0) -> None:
         """Take what readings say about the pose.
 
         While the robot stands, the same readings come again and again: each sensor counts only some times, until the
@@ -185,17 +191,18 @@ class Certainty:
             explained: for each reading, see `RangeModel.explained`.
             way: way (m) since the last readings; 0: the robot stands.
             new_way: how much of it (m) told something new: it makes a place trusted.
+            evidence: what each reading counts.
         """
         tuned = self._tuned
         for sensor, measured, said in zip(beams.sensor.tolist(), beams.measured.tolist(), explained.tolist()):
             if not self._counts(sensor, measured, way > 0.0) or math.isnan(said):
                 continue
             self._unconfirmed = False
-            missed = self._missed + tuned.unsure_explained * self._usual - said
+            missed = self._missed + evidence * tuned.unsure_explained * self._usual - evidence * said
             self._missed = min(max(missed, 0.0), tuned.unsure_missed)
-            self.explained += (said - self.explained) / tuned.explained_readings
+            self.explained += evidence * (said - self.explained) / tuned.explained_readings
             if self.sure and self.explained >= tuned.unsure_explained * self._usual:
-                self._usual += (said - self._usual) / tuned.explained_readings / 20.0
+                self._usual += evidence * (said - self._usual) / tuned.explained_readings / 20.0
         self._usual = min(max(self._usual, LEAST_USUAL), 0.95)
         self._blind_way = 0.0 if (explained > 0.0).any() else self._blind_way + way
         if self.explained >= self._tuned.sure_explained * self._usual and (

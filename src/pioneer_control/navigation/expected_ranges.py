@@ -69,8 +69,6 @@ class Beam(NamedTuple):
 
 SONAR_BEAM = Beam(math.radians(25.0), 5.0, 72, 3, slant_limits=tuple(map(math.radians, (20.0, 35.0, 50.0))))
 """The cone of a Pioneer's sonar. Walls return echoes up to 20 degrees of slant or more (docs/worlds.md)."""
-LASER_BEAM = Beam(0.0, 8.0, 180, 1, 0.04)
-"""A ray of a laser. Navigation uses the first 8 m of it, also if it measures farther."""
 
 
 class ExpectedRanges:

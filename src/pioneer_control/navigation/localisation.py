@@ -6,22 +6,22 @@ is not sure, it says why.
 """
 
 import math
-from typing import Any, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Any, NamedTuple, Optional, Sequence, Set, Tuple, Union
 
 import numpy as np
 
-from ..errors import UsageError
 from ..floor_poses import Pose, compose, relative
 from ..maps import FREE, GridMap
 from ..robots import Transducer
 from .certainty import NOT_TOLD, Certainty
-from .expected_ranges import LASER_BEAM, SONAR_BEAM, standing_room
+from .expected_ranges import SONAR_BEAM, standing_room
+from .laser_field import LaserField
 from .looks import Looks
 from .measurement import Beams, RangeModel
 from .pose_cloud import PoseCloud, Spread
 from .pose_search import Found, PoseSearch, same_place
 from .recent_readings import FiringPoses, RecentReadings, scan_beams
-from .tuned import LASER_NUMBERS, LASER_WEIGHT, SONAR_NUMBERS, LocalisationNumbers
+from .tuned import SONAR_NUMBERS, LaserNumbers, LocalisationNumbers
 from .unseen_motion import SHORTEST_UNSEEN, UnseenMotion
 from .values import Scan, Sensing
 from .wheel_calibration import WheelCalibration
@@ -54,6 +54,7 @@ class Where(NamedTuple):
         covariance: array (3, 3) of x, y (m^2) and heading (rad^2), of all likely poses.
         reason: why it is not sure, for people; empty if it is.
         line: poses along a line on which the robot is for certain, when it is not sure only of where on it; else empty.
+        by_laser: whether the scans of a laser tell it; else it is sonar alone.
     """
 
     time: float
@@ -62,6 +63,7 @@ class Where(NamedTuple):
     covariance: Array
     reason: str
     line: Tuple[Pose, ...] = ()
+    by_laser: bool = False
 
 
 class Sense:
@@ -69,22 +71,31 @@ class Sense:
 
     Args:
         model: how poses explain it.
+        search: finds poses that explain it.
         weight: what share of its log-likelihoods counts.
+        evidence: what a reading counts when those are counted that the pose explains.
         tuned: numbers of localisation.
 
     Attributes:
+        recent: its newest readings, while it is the main sense.
+        searched: how many of them had been heard at the last search.
         way: the way (m) since its last readings. Turns count as some way, too.
         new_way: the same, but turns count only where the robot looks anew from its place.
     """
 
-    def __init__(self, model: RangeModel, weight: float, tuned: LocalisationNumbers):
-        self.model, self.weight, self._turn_as_way = model, weight, tuned.turn_as_way
+    def __init__(self, model: Union[RangeModel, LaserField], search: PoseSearch, weight: float, evidence: float,
+                 tuned: LocalisationNumbers):
+        self.model, self.search, self.weight, self.evidence = model, search, weight, evidence
+        self.recent, self.searched = RecentReadings(tuned.remembered), 0
+        self._turn_as_way = tuned.turn_as_way
         self.looks = Looks(tuned.looks_anew, tuned.turns_anew)
         self.way = self.new_way = 0.0
         self._heard: Set[int] = set()
 
     def forget(self) -> None:
         """What was heard up to now tells nothing about where the robot is."""
+        self.recent.forget()
+        self.search.give_up()
         self.looks.forget()
         self._heard.clear()
 
@@ -113,7 +124,7 @@ class Localisation:
         transducers: the sonar transducers of the robot.
         tuned: numbers to use.
         seed: seed of all random choices.
-        laser: the robot has a laser. Then searches compare poses with its scans, not with sonar.
+        laser_tuned: numbers of the laser, for a robot that has one.
 
     Attributes:
         where: the last result; None before the first packet.
@@ -121,27 +132,31 @@ class Localisation:
     """
 
     def __init__(self, grid_map: GridMap, transducers: Sequence[Transducer],
-                 tuned: LocalisationNumbers = LocalisationNumbers(), seed: int = 0, laser: bool = False):
-        self._map, self._tuned = grid_map, tuned
-        luck = np.random.default_rng(seed)
-        self._sonar = Sense(RangeModel(grid_map, SONAR_BEAM, SONAR_NUMBERS, tuned.map_bias), tuned.weight, tuned)
-        self._laser = Sense(
-            RangeModel(grid_map, LASER_BEAM, LASER_NUMBERS, tuned.map_bias), LASER_WEIGHT, tuned) if laser else None
-        self._main = self._laser or self._sonar     # the sense that searches and judges
-        places = standing_room(grid_map, tuned.clearance)
-        self._search = PoseSearch(self._main.model, places, len(places) * grid_map.resolution ** 2, tuned, luck)
-        self._cloud = PoseCloud(tuned, luck)
+                 tuned: LocalisationNumbers = LocalisationNumbers(), seed: int = 0,
+                 laser_tuned: LaserNumbers = LaserNumbers()):
+        self._map, self._tuned, self._laser_tuned = grid_map, tuned, laser_tuned
+        self._luck = np.random.default_rng(seed)
+        self._places = standing_room(grid_map, tuned.clearance)
+        self._sonar = self._sense(RangeModel(grid_map, SONAR_BEAM, SONAR_NUMBERS, tuned.map_bias), tuned.weight, 1.0)
+        self._main = self._sonar        # the sense that searches and judges
+        self._laser: Optional[Sense] = None     # until the first scan
+        self._scan: Optional[Scan] = None       # the newest one, until it is weighed
+        self._scanned = -math.inf       # time (s) of the newest one
+        self._cloud = PoseCloud(tuned, self._luck)
         self._firing_poses = FiringPoses(transducers)
-        self._recent = RecentReadings(tuned.remembered)
         self._certainty = Certainty(tuned)
         self._wheels, self.unseen = WheelCalibration(), UnseenMotion()
         self._pose = Pose(0.0, 0.0, 0.0)
         self._odometry: Optional[Pose] = None       # as the wheels measured it
-        self._next_search, self._searched = 0.0, 0      # its time (s); readings heard at the last one
+        self._next_search = 0.0         # its time (s)
         self._packets = 0       # since readings were weighed; what somebody says counts at the next one
         self._search_odometry = Pose(0.0, 0.0, 0.0)
         self.where: Optional[Where] = None
         self.unknown_start()
+
+    def _sense(self, model: Union[RangeModel, LaserField], weight: float, evidence: float) -> Sense:
+        search = PoseSearch(model, self._places, len(self._places) * self._map.resolution ** 2, self._tuned, self._luck)
+        return Sense(model, search, weight, evidence, self._tuned)
 
     @property
     def particles(self) -> Array:
@@ -162,13 +177,12 @@ class Localisation:
         self._known, self._packets = False, PACKETS_WEIGHED
         self._certainty.lose(NOT_TOLD)
         count = self._tuned.particles_searching
-        self._cloud.put(self._search.random_poses(count), np.zeros(count), 0.0, 0.0, count)
+        self._cloud.put(self._main.search.random_poses(count), np.zeros(count), 0.0, 0.0, count)
 
     def _hear_anew(self) -> None:
         """What was heard up to now tells nothing about where the robot is."""
         self._firing_poses.forget()
-        self._recent.forget()
-        self._search.give_up()
+        self._scan = None
         for sense in (self._sonar, self._laser):
             if sense is not None:
                 sense.forget()
@@ -176,31 +190,44 @@ class Localisation:
     def update(self, sensing: Sensing) -> Where:
         """Take what the robot senses in one packet. Return where it is at the time of the packet.
 
-        Between two packets with which readings are weighed, the pose moves with the odometry.
+        Between two packets with which sonar is weighed, a scan of the laser is. Without one, the pose moves with the
+        odometry.
         """
         self._move(sensing.odometry, sensing.time)
         self._firing_poses.add(sensing)
+        self._hear_laser(sensing)
         self._packets += 1
         if self.where is None or self._packets >= PACKETS_WEIGHED:
             self._packets = 0
-            beams = self._firing_poses.beams(self._sonar.model.expected.number_of)
+            beams = self._firing_poses.beams(self._sonar.model.number_of)
             return self._take(self._sonar, beams, sensing.time)
-        if self._main is self._sonar:
-            self._look_everywhere(sensing.time)
+        if self._laser is not None and self._scan is not None:
+            beams = scan_beams(self._scan, sensing.odometry, self._laser.model.number_of, self._laser_tuned.rays)
+            self._scan = None
+            return self._take(self._laser, beams, sensing.time)
+        self._look_everywhere(sensing.time)
         self.where = self.where._replace(time=sensing.time, pose=self._pose, sure=self._certainty.sure,
                                          reason=self._certainty.reason)
         return self.where
 
-    def update_scan(self, scan: Scan) -> Where:
-        """Take a scan of the laser. Return where the robot is at its time.
+    def _hear_laser(self, sensing: Sensing) -> None:
+        """Keep the newest scan. The laser tells more than sonar: while scans come, it searches and judges."""
+        if sensing.scan is not None:
+            self._scan, self._scanned = sensing.scan, sensing.time
+            if self._laser is None:
+                numbers = self._laser_tuned
+                self._laser = self._sense(LaserField(self._map, numbers), numbers.weight, numbers.evidence)
+            self._change_main(self._laser)
+        elif sensing.time - self._scanned > self._laser_tuned.patience:
+            self._change_main(self._sonar)
 
-        Raises:
-            UsageError: the robot has no laser.
-        """
-        if self._laser is None:
-            raise UsageError("a scan, but localisation was made for a robot without a laser: give laser=True")
-        self._move(scan.odometry, scan.time)
-        return self._take(self._laser, scan_beams(scan, self._laser.model.expected.number_of), scan.time)
+    def _change_main(self, sense: Sense) -> None:
+        if sense is not self._main:
+            self._main.forget()
+            sense.forget()
+            self._main = sense
+            self._sonar.weight = self._tuned.weight * (1.0 if sense is self._sonar else self._laser_tuned.sonar_weight)
+            self._certainty.change_sense()
 
     def _move(self, odometry: Pose, time: float) -> None:
         """Move the cloud to new odometry, of a time (s)."""
@@ -241,12 +268,12 @@ class Localisation:
                 self._weigh(sense, first, tuned.first_look)
         if sense is self._main:
             if len(beams.x):
-                self._certainty.hear(beams, explained, way, new_way)
+                self._certainty.hear(beams, explained, way, new_way, sense.evidence)
             if moved:
-                self._recent.add(self._wheels.odometry, beams)
+                sense.recent.add(self._wheels.odometry, beams)
             if self._certainty.fits:
-                self._recent.mark()
-            self._look_everywhere(time)
+                sense.recent.mark()
+        self._look_everywhere(time)
         spread = self._cloud.spread()
         self._pose = spread.pose
         was_sure = self._certainty.sure
@@ -254,11 +281,12 @@ class Localisation:
         if was_sure and not self._certainty.sure:
             self._next_search = time
             if self._certainty.doubts:      # what was heard before may belong to another place
-                self._recent.keep_marked(tuned.kept_in_doubt)
-                self._search.give_up()
+                self._main.recent.keep_marked(tuned.kept_in_doubt)
+                self._main.search.give_up()
         self._wheels.learn(spread.pose if self._certainty.sure else None)
         line = _line(spread) if self._certainty.on_a_line else ()
-        self.where = Where(time, spread.pose, self._certainty.sure, spread.covariance, self._certainty.reason, line)
+        self.where = Where(time, spread.pose, self._certainty.sure, spread.covariance, self._certainty.reason, line,
+                           self._main is not self._sonar)
         return self.where
 
     def _weigh(self, sense: Sense, beams: Beams, share: float) -> Array:
@@ -273,26 +301,26 @@ class Localisation:
 
     def _look_everywhere(self, time: float) -> None:
         """Search for better poses, a step at each packet."""
-        tuned, odometry = self._tuned, self._wheels.odometry
-        if self._search.runs:
-            found = self._search.step()
+        tuned, odometry, main = self._tuned, self._wheels.odometry, self._main
+        if main.search.runs:
+            found = main.search.step()
             if found is not None:
                 self._consider(found, odometry)
                 self._next_search = time + self._certainty.search_period
             return
         if self._certainty.suspects:
             self._next_search = min(self._next_search, time)
-        if (time >= self._next_search and len(self._recent) >= tuned.least_readings
-                and self._recent.heard >= self._searched + tuned.new_readings):
-            self._searched = self._recent.heard
+        if (time >= self._next_search and len(main.recent) >= tuned.least_readings
+                and main.recent.heard >= main.searched + tuned.new_readings):
+            main.searched = main.recent.heard
             beams = self._compared(odometry)
-            if np.count_nonzero(beams.measured != self._main.model.expected.none) >= tuned.least_readings / 2:
+            if np.count_nonzero(beams.measured != main.model.none) >= tuned.least_readings / 2:
                 self._search_odometry = odometry
-                self._search.begin(beams)
+                main.search.begin(beams)
 
     def _compared(self, odometry: Pose) -> Beams:
         """Return the readings that poses are compared with."""
-        beams = self._recent.seen_from(odometry)
+        beams = self._main.recent.seen_from(odometry)
         return beams.some(slice(-self._tuned.suspect_readings, None)) if self._certainty.suspects else beams
 
     def _consider(self, found: Found, odometry: Pose) -> None:
@@ -300,9 +328,10 @@ class Localisation:
         step = relative(self._search_odometry, odometry)
         beams = self._compared(odometry)
         spots = float(self._main.model.spot_shares(beams).sum())
-        others = self._search.scored(np.array([compose(Pose(*pose), step) for pose in found.poses.tolist()]), beams)
+        moved = np.array([compose(Pose(*pose), step) for pose in found.poses.tolist()])
+        others = self._main.search.scored(moved, beams)
         if self._known:
-            here = self._search.improved(self._cloud.poses[::10], beams)
+            here = self._main.search.improved(self._cloud.poses[::10], beams)
             apart = [not same_place(pose, here.poses[0]) for pose in others.poses]
             others = Found(others.poses[apart], others.scores[apart])
             if not self._believes(others, here, beams, spots):
@@ -312,7 +341,7 @@ class Localisation:
                 return
             others = Found(np.vstack((others.poses, here.poses)), np.concatenate((others.scores, here.scores)))
         if self._certainty.suspects:
-            self._recent.keep(self._tuned.kept_in_doubt)
+            self._main.recent.keep(self._tuned.kept_in_doubt)
         self._known = True
         logs = others.scores * spots * self._tuned.weight
         self._put(others.poses, logs)
@@ -338,8 +367,8 @@ class Localisation:
         better = others.scores.max(initial=-np.inf) - here.scores[0]
         if certainty.proven and len(others.poses):      # what was heard just now must say so, too
             newest = beams.some(slice(-len(beams.x) // 4, None))
-            better = min(better, self._search.scored(others.poses, newest).scores[0]
-                         - self._search.improved(here.poses, newest).scores[0])
+            better = min(better, self._main.search.scored(others.poses, newest).scores[0]
+                         - self._main.search.improved(here.poses, newest).scores[0])
         off = others.poses - here.poses[0]
         beside = (np.hypot(off[:, 0], off[:, 1]) < self._tuned.beside) & (np.cos(off[:, 2]) > SAME_WAY)
         stood_on = np.hypot(np.ptp(beams.x), np.ptp(beams.y))       # diagonal of where the sensors were
@@ -350,7 +379,7 @@ class Localisation:
         if better < certainty.margin * certainty.caution(spots):
             if certainty.sure:
                 certainty.doubt()
-                self._recent.keep(self._tuned.kept_in_doubt)
+                self._main.recent.keep(self._tuned.kept_in_doubt)
             return False
         return True
 

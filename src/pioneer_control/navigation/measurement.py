@@ -60,11 +60,13 @@ class RangeModel:
 
     Attributes:
         expected: the table of expected ranges.
+        none: the number that stands for no echo.
     """
 
     def __init__(self, grid_map: GridMap, beam: Beam, numbers: SensorNumbers, bias: float):
         self.expected = ExpectedRanges(grid_map, beam, bias)
-        self._count, self._lost = self.expected.none + 1, numbers.lost
+        self.none, self.number_of = self.expected.none, self.expected.number_of
+        self._count, self._lost = self.none + 1, numbers.lost
         ranges = np.arange(self._count) * beam.unit
         self._near = np.rint(NEAR * (numbers.sigma + numbers.sigma_per_metre * ranges) / beam.unit).astype(np.int32)
         coarse = replace(numbers, sigma=numbers.sigma * COARSER, sigma_per_metre=numbers.sigma_per_metre * COARSER)
@@ -83,18 +85,9 @@ class RangeModel:
         return logs.take(self._expected(poses, beams, coarse) * self._count + beams.measured[:, None]).T
 
     def spot_shares(self, beams: Beams) -> Array:
-        """Return the weight of each reading: 1 / the number of readings of its spot. So each spot counts once.
-
-        A robot that turns beside a thing on no map hears it again and again. That is one coincidence, not many. The sum
-        of the weights is the number of spots.
-        """
-        silent = beams.measured == self.expected.none
-        far = np.where(silent, NO_ECHO_AT, beams.measured * self.expected.beam.unit)
-        squares = np.floor(np.stack((beams.x + far * np.cos(beams.heading),
-                                     beams.y + far * np.sin(beams.heading))) / SPOT)
-        keys = (squares[0] * 1e4 + squares[1]) * 2.0 + silent
-        _, number, count = np.unique(keys, return_inverse=True, return_counts=True)
-        return 1.0 / count[number]
+        """Return the weight of each reading, see `spot_shares`."""
+        silent = beams.measured == self.none
+        return spot_shares(beams, np.where(silent, NO_ECHO_AT, beams.measured * self.expected.beam.unit), silent)
 
     def explained(self, pose: Array, beams: Beams) -> Array:
         """Return for each reading 1 if a pose (x, y, heading) explains it, 0 if not, and NaN if it says nothing.
@@ -114,7 +107,7 @@ class RangeModel:
         number, slant = np.divmod(expected, self.expected.slants)
         near = np.abs(number - beams.measured) <= self._near[number]
         lost = (slant >= self._lost) & (beams.measured > number) & ~near
-        return np.where(lost | (beams.measured == self.expected.none), np.nan, near.astype(float))
+        return np.where(lost | (beams.measured == self.none), np.nan, near.astype(float))
 
     def _expected(self, poses: Array, beams: Beams, coarse: bool = False) -> Array:
         """Return the expected echoes: array (readings, poses), since numpy is faster along the longer axis."""
@@ -128,6 +121,24 @@ class RangeModel:
         x += pose_x
         y += pose_y
         return self.expected.echoes(x, y, heading + beam_heading, coarse).astype(np.intp, copy=False)
+
+
+def spot_shares(beams: Beams, far: Array, silent: Array) -> Array:
+    """Return the weight of each reading: 1 / the number of readings of its spot. So each spot counts once.
+
+    A robot that turns beside a thing on no map hears it again and again. That is one coincidence, not many. The sum of
+    the weights is the number of spots.
+
+    Args:
+        beams: the readings.
+        far: how far (m) from its sensor each ends.
+        silent: which have no echo. They tell of other spots than those that have one.
+    """
+    squares = np.floor(np.stack((beams.x + far * np.cos(beams.heading),
+                                 beams.y + far * np.sin(beams.heading))) / SPOT)
+    keys = (squares[0] * 1e4 + squares[1]) * 2.0 + silent
+    _, number, count = np.unique(keys, return_inverse=True, return_counts=True)
+    return 1.0 / count[number]
 
 
 def likelihoods(ranges: Array, beam: Beam, numbers: SensorNumbers) -> Array:

@@ -5,6 +5,10 @@ from there. If not, something is there that is on no map, anywhere on the arc. I
 end farther away have passed it a few times while the robot is near, or until its time is over. Silence forgets nothing:
 a slanting wall gives no echo and is still there.
 
+A laser sees things where sonar is deaf, but only at its own height: what is lower or higher, and glass, sonar alone
+tells. So each of the two forgets only what it has told itself. Where a ray of a laser ends that the map does not
+explain, something is there, and a ray that ends farther away has passed it.
+
 Places are kept in the frame of odometry, so that they stay right when the robot's pose on the map is corrected. Only
 what stood still is kept longer, on the map (`standing_obstacles`).
 """
@@ -17,12 +21,13 @@ import numpy as np
 from ..floor_poses import Pose, between, compose
 from ..maps.grid_map import GridMap
 from ..robots import HALF_CONE
-from .chassis import Chassis
-from .frames import into, out_of, turned
+from .chassis import Chassis, distance_outside
+from .frames import into, out_of, turned, wrapped_angles
+from .laser_rays import rays_of
 from .sonar_grid import SonarBeams
 from .standing_obstacles import StandingObstacles
 from .tuned import ObstacleNumbers
-from .values import Sensing
+from .values import Scan, Sensing
 
 Array = Any     # of numpy
 
@@ -31,6 +36,7 @@ _THROUGH = 0.7 * HALF_CONE
 _FIRINGS_KEPT = 40      # with an echo
 _LOOKS_KEPT = 250       # with or without: of five or ten seconds
 _SLOW = 0.1     # m/s: a faster robot hears one place after another of what stands beside it
+_GAP = math.radians(3.0)    # between two rays that are farther apart, something else may be in the way
 _NEVER = -10 ** 9       # so often passed: no echo can make up for it
 
 
@@ -39,7 +45,8 @@ class Places(NamedTuple):
     time (s) at which the place is forgotten. `since` (s): from then on echoes came from about here, at most
     `ObstacleNumbers.same_place` from `from_x`, `from_y` (m). What walks leaves this place, and its `since` is new.
     `came`: an echo of some seconds before had passed here, so something has come. Without, it may always have been
-    here, or it has come from where nothing had been heard. `came_up`: it came while the robot stood.
+    here, or it has come from where nothing had been heard. `came_up`: it came while the robot stood. `seen`: a laser
+    tells of it, not sonar.
     """
 
     x: Array
@@ -52,6 +59,7 @@ class Places(NamedTuple):
     from_y: Array
     came: Array
     came_up: Array
+    seen: Array
 
     def chosen(self, which: Array) -> "Places":
         """Return some of them: those that are true in an array of bools."""
@@ -89,6 +97,7 @@ class Obstacles:
                 of its arc an echo comes.
         """
         self._depth = math.inf if makes_map else tuned.explained_depth
+        self._outline, self._makes_map = chassis.outline, makes_map
         self._transducers = {each.number: each for each in chassis.transducers}
         self._map, self._clearance, self._tuned = grid_map, clearance, tuned
         self._standing = StandingObstacles(tuned)
@@ -110,7 +119,7 @@ class Obstacles:
         self._free = self._looks = _columns([])
         none = np.zeros(0)
         no = np.zeros(0, dtype=bool)
-        self._places = Places(none, none, none, no, none, none, none, none, no, no)
+        self._places = Places(none, none, none, no, none, none, none, none, no, no, no)
         self._passed = np.zeros(0, dtype=int)
 
     def live(self, since: float) -> List[int]:
@@ -213,6 +222,8 @@ class Obstacles:
             near = echoes[3, :, 0] < self._tuned.heard_to
             if near.any():
                 self._hear_near(sensing, echoes[:, near], where)
+        if sensing.scan is not None and not self._makes_map:
+            self._see(sensing.scan, sensing, where)
 
     def _hear_near(self, sensing: Sensing, echoes: Array, where: Optional[Pose]) -> None:
         eye_x, eye_y, heading, far, time = echoes
@@ -237,6 +248,63 @@ class Obstacles:
         self._put(x[which], y[which], np.broadcast_to(time, x.shape)[which], explained[which], until[which],
                   np.broadcast_to(same, x.shape)[which], np.broadcast_to(came, x.shape)[which])
 
+    def _see(self, scan: Scan, sensing: Sensing, where: Optional[Pose]) -> None:
+        """Take in a scan: forget what its rays pass, and remember where they end that the map does not explain."""
+        rays, tuned = rays_of(scan, scan.odometry), self._tuned
+        x, y = rays.x + rays.range * np.cos(rays.heading), rays.y + rays.range * np.sin(rays.heading)
+        eye = compose(scan.odometry, scan.mount)
+        self._see_past(rays.heading, rays.range, eye)
+        # One ray alone, between the edge of a thing and what is behind it, measures neither.
+        beside = np.hypot(np.diff(x), np.diff(y)) < tuned.seen_beside
+        near = (rays.range < tuned.heard_to) & (np.append(beside, False) | np.append(False, beside))
+        near &= distance_outside(self._outline, *into(scan.odometry, x, y)) > tuned.seen_itself
+        if where is not None:
+            near &= ~self._on_a_wall(x, y, sensing.odometry, where)
+            told = self._places.seen.copy()
+            if told.any():      # by a robot that was not sure where it was
+                told[told] = self._on_a_wall(self._places.x[told], self._places.y[told], sensing.odometry, where)
+                self._keep(~told)
+        _, one = np.unique(self._cell_of(x[near], y[near]), return_index=True)
+        x, y, far = x[near][one], y[near][one], rays.range[near][one]
+        if not len(x):
+            return
+        same = np.full(len(x), tuned.same_place)
+        if self._slow:
+            same = np.minimum(same, tuned.same_place_near + tuned.same_place_share * far)
+        self._put(x, y, np.full(len(x), scan.time), np.zeros(len(x), dtype=bool),
+                  np.full(len(x), scan.time + tuned.kept), same, self._was_free(x, y), seen=True)
+
+    def _on_a_wall(self, x: Array, y: Array, odometry: Pose, where: Pose) -> Array:
+        """Return which places (m, odometry) the map explains, for a robot with a pose by odometry, and one on the map.
+        """
+        x, y = into(odometry, x, y)
+        return self._explains(self._room(*out_of(where, x, y)), np.hypot(x, y))
+
+    def _see_past(self, heading: Array, far: Array, eye: Pose) -> None:
+        """Note which places that a laser told are passed by rays of a scan; forget those that were passed often enough.
+
+        Args:
+            heading: where each ray looked (rad), rising or falling.
+            far: where it ended (m).
+            eye: where the laser was (m, odometry).
+        """
+        told = self._places.seen
+        if len(heading) < 2 or not told.any():
+            return
+        x, y = self._places.x[told] - eye.x, self._places.y[told] - eye.y
+        order = 1 if heading[-1] > heading[0] else -1
+        middle = (heading[0] + heading[-1]) / 2.0
+        bearing = middle + wrapped_angles(np.arctan2(y, x) - middle)
+        after = np.searchsorted(heading[::order], bearing).clip(1, len(heading) - 1)
+        right, left = heading[::order][after - 1], heading[::order][after]
+        nearest = np.minimum(far[::order][after - 1], far[::order][after])
+        passed = (bearing >= right) & (bearing <= left) & (left - right < _GAP) & (
+            np.hypot(x, y) < np.minimum(nearest - self._tuned.seen_through, self._tuned.heard_to))
+        if passed.any():
+            self._passed = self._passed.copy()
+            self._passed[told] += passed
+            self._keep(self._passed < self._tuned.passes)
+
     def _was_free(self, x: Array, y: Array) -> Array:
         """Return which places (m, odometry) echoes of the last seconds have passed. Silence tells nothing."""
         echoes = self._looks[:, np.isfinite(self._looks[3, :, 0])]
@@ -256,10 +324,12 @@ class Obstacles:
         return (np.abs(aside) < along * math.tan(_THROUGH)) & (
             np.hypot(along, aside) < np.minimum(far - self._tuned.seen_through, self._tuned.heard_to))
 
-    def _put(self, x: Array, y: Array, time: Array, mapped: Array, until: Array, same: Array, came: Array) -> None:
+    def _put(self, x: Array, y: Array, time: Array, mapped: Array, until: Array, same: Array, came: Array,
+             seen: bool = False) -> None:
         old = self._places
-        again = (self._cell_of(old.x, old.y)[:, np.newaxis] == self._cell_of(x, y)).any(axis=1)
-        new = Places(x, y, time, mapped, until, *self._stands_since(x, y, time, came, same))
+        again = (old.seen == seen) & (self._cell_of(old.x, old.y)[:, np.newaxis] == self._cell_of(x, y)).any(axis=1)
+        since, from_x, from_y, came, came_up = self._stands_since(x, y, time, came, same)
+        new = Places(x, y, time, mapped, until, since, from_x, from_y, came, came_up, np.full(len(x), seen))
         self._places = Places(*(np.append(*columns) for columns in zip(old.chosen(~again), new)))
         self._passed = np.append(self._passed[~again], np.zeros(len(x), dtype=int))
 
@@ -285,7 +355,7 @@ class Obstacles:
 
     def _see_through(self, echoes: Array) -> None:
         """Note which places echoes from farther away have passed, and forget those that were passed often enough."""
-        passed = self._passing(echoes, self._places.x, self._places.y).sum(axis=0)
+        passed = self._passing(echoes, self._places.x, self._places.y).sum(axis=0) * ~self._places.seen
         if passed.any():
             self._passed = self._passed + passed
             self._keep(self._passed < self._tuned.passes)

@@ -75,7 +75,8 @@ class KnownMap:
 
     def __init__(self, floor: FloorMap, chassis: Chassis, numbers: NavigationNumbers, seed: int):
         self.grid, self.drivable, self.path = floor.grid, floor.drivable(), None
-        self._localisation = Localisation(floor.grid, chassis.transducers, numbers.localisation, seed)
+        self._localisation = Localisation(floor.grid, chassis.transducers, numbers.localisation, seed,
+                                          numbers.laser)
 
     @property
     def particles(self) -> Array:

@@ -4,11 +4,12 @@ Random poses are compared with a few readings at first, the better ones with mor
 compared with all. The work is cut into steps, so that no packet waits for it.
 """
 
-from typing import Any, Iterator, List, NamedTuple, Optional
+from typing import Any, Iterator, List, NamedTuple, Optional, Union
 
 import numpy as np
 
 from .frames import wrapped_angles
+from .laser_field import LaserField
 from .measurement import Beams, RangeModel
 from .tuned import LocalisationNumbers
 
@@ -42,7 +43,8 @@ class PoseSearch:
         luck: random generator.
     """
 
-    def __init__(self, model: RangeModel, places: Array, area: float, tuned: LocalisationNumbers, luck: Any):
+    def __init__(self, model: Union[RangeModel, LaserField], places: Array, area: float, tuned: LocalisationNumbers,
+                 luck: Any):
         self._model, self._places, self._tuned, self._luck = model, places, tuned, luck
         self._count = max(tuned.least_poses, int(area * tuned.poses_per_square_metre))
         self._steps: Optional[Iterator[Optional[Found]]] = None

@@ -8,13 +8,11 @@ import numpy as np
 from ..floor_poses import Pose, between, compose, relative
 from ..robots import Transducer
 from .frames import into, out_of
+from .laser_rays import rays_of
 from .measurement import Beams
 from .values import Firing, Scan, Sensing
 
 Array = Any     # of numpy
-
-MOST_RAYS = 40
-"""A scan has hundreds of rays, which say much the same. So many of them are used."""
 
 PACKETS_KEPT = 4
 """Firings of a packet lie between it and some packets before: the odometry of so many packets is kept."""
@@ -124,13 +122,14 @@ class FiringPoses:
         return after
 
 
-def scan_beams(scan: Scan, number_of: Any) -> Beams:
-    """Return some rays of a scan relative to the robot at its odometry. A ray that measured nothing has no echo.
+def scan_beams(scan: Scan, odometry: Pose, number_of: Any, most: int) -> Beams:
+    """Return some rays of a scan that measured something, relative to the robot at a later odometry.
 
-    `number_of` is a function that makes numbers of ranges (m).
+    Args:
+        scan: the scan.
+        odometry: the pose by the wheels (m, rad) of now.
+        number_of: function that makes numbers of ranges (m).
+        most: most rays; they are spread over the scan.
     """
-    used = np.unique(np.linspace(0, len(scan.ranges) - 1, min(MOST_RAYS, len(scan.ranges))).astype(int))
-    ranges = np.asarray(scan.ranges, dtype=float)[used]
-    angles = scan.mount.heading + scan.first_angle + used * scan.angle_step
-    return Beams(np.full(len(used), scan.mount.x), np.full(len(used), scan.mount.y), angles,
-                 number_of(np.where(np.isfinite(ranges), ranges, np.inf)), used)
+    rays = rays_of(scan, relative(odometry, scan.odometry), most)
+    return Beams(rays.x, rays.y, rays.heading, number_of(rays.range), rays.number)

@@ -1,4 +1,6 @@
-"""Joins poses and sonar messages of a robot, live or from a bag, into what it sensed in each packet.
+"""Joins poses, sonar messages and scans of a robot, live or from a bag, into what it sensed in each packet.
+
+A laser measures more often than anybody needs: each packet takes the newest scan of before it.
 
 The topic ``sonar`` repeats all ranges in each message, and does not say which of them are new. `FiringWatch` finds out.
 """
@@ -7,11 +9,11 @@ import bisect
 from collections import deque
 from typing import Deque, Dict, Iterable, List, Optional, Sequence, Tuple
 
-from ..floor_poses import Pose, between
+from ..floor_poses import Pose, between, relative
 from ..robots import ARRAY_SIZE
 from .firings import CYCLE, timed
 from .steady_odometry import SteadyOdometry
-from .values import Sensing
+from .values import LaserSweep, Scan, Sensing
 
 MOST_WAITING = 50
 """Most sonar messages that wait for a pose, and most poses that are kept: of about 5 s."""
@@ -19,6 +21,12 @@ JUMP = 5.0
 """Time (s) between two messages that is a gap: what was heard before says nothing about what is new."""
 SHORTEST = 0.01
 """Shortest time (s) between two sonar messages: no robot sends so often. If their stamps are nearer, time stands."""
+MOST_SCANS = 8
+"""Most scans that wait for a packet: those of 0.2 s, if they are `BETWEEN_SCANS` apart."""
+BETWEEN_SCANS = 0.025
+"""Shortest time (s) between two scans that are kept."""
+OLD_SCAN = 1.5
+"""A scan that is older than its packet by more (s) is left out. At 9600 baud a scan takes 0.8 s."""
 OUT_OF_ORDER = 0.25
 """How much (s) the stamps of one topic may go back without a jump of time."""
 
@@ -88,6 +96,9 @@ class Senses:
 
     Args:
         numbers: the fitted transducers.
+
+    Attributes:
+        scan_age: how much older (s) than the last packet its newest scan was; None before the first scan, or packet.
     """
 
     def __init__(self, numbers: Iterable[int]) -> None:
@@ -95,7 +106,9 @@ class Senses:
         self._steady = SteadyOdometry()
         self._poses: Deque[Tuple[float, Pose, Pose]] = deque(maxlen=MOST_WAITING)   # time (s), pose, origin
         self._waiting: Deque[Tuple[float, Sequence[float]]] = deque(maxlen=MOST_WAITING)
+        self._sweeps: Deque[LaserSweep] = deque(maxlen=MOST_SCANS)      # by time
         self._told: Optional[float] = None      # time of what was sensed last
+        self.scan_age: Optional[float] = None
 
     def hear_pose(self, time: float, pose: Pose) -> List[Sensing]:
         """Take a pose by odometry of a time (s). Return what was sensed, oldest first; usually one or none."""
@@ -111,6 +124,17 @@ class Senses:
         self._waiting.append((time, ranges))
         return self._joined()
 
+    def wants_sweep(self, time: float) -> bool:
+        """Return whether a scan of a time (s) is of use: only some of them are."""
+        return not self._sweeps or not 0.0 <= time - self._sweeps[-1].time < BETWEEN_SCANS
+
+    def hear_sweep(self, sweep: LaserSweep) -> None:
+        """Take what a laser measured, if it is of use. The next packet gets the newest one of before it."""
+        if self.wants_sweep(sweep.time):
+            if self._sweeps and sweep.time < self._sweeps[-1].time:     # time has jumped back
+                self._sweeps.clear()
+            self._sweeps.append(sweep)
+
     def _joined(self) -> List[Sensing]:
         sensed = []
         while self._waiting and self._poses and self._poses[-1][0] >= self._waiting[0][0]:
@@ -119,11 +143,25 @@ class Senses:
                 continue
             self._told = time
             pose, origin = self._pose_at(time)
-            sensed.append(Sensing(time, pose, timed(self._watch.new(time, ranges), time), origin))
+            sensed.append(Sensing(time, pose, timed(self._watch.new(time, ranges), time), origin, self._scan(time)))
         return sensed
 
+    def _scan(self, time: float) -> Optional[Scan]:
+        """Return the newest scan of before a packet (s), with where the robot was then, and forget all older ones."""
+        newest: Optional[LaserSweep] = None
+        if self._sweeps:
+            self.scan_age = time - self._sweeps[-1].time
+        while self._sweeps and self._sweeps[0].time + self._sweeps[0].duration <= time:
+            newest = self._sweeps.popleft()
+        if newest is None or time - newest.time > OLD_SCAN or newest.time < self._poses[0][0]:
+            return None
+        (first, _), (middle, _), (last, _) = (
+            self._pose_at(newest.time + share * newest.duration) for share in (0.0, 0.5, 1.0))
+        return Scan(newest.time + newest.duration / 2.0, middle, newest.mount, newest.first_angle, newest.angle_step,
+                    newest.ranges, relative(first, last))
+
     def _pose_at(self, time: float) -> Tuple[Pose, Pose]:
-        """Return the pose of a time (s), between the two poses around it, and its origin."""
+        """Return the pose of a time (s), between the two poses around it, and its origin. A pose has come since."""
         times = [each for each, _, _ in self._poses]
         after = bisect.bisect_left(times, time)
         later_time, later, origin = self._poses[after]

@@ -44,10 +44,32 @@ class SensorNumbers:
 SONAR_NUMBERS = SensorNumbers((EchoShares(0.9, 0.03, 0.03), EchoShares(0.75, 0.1, 0.12), EchoShares(0.5, 0.22, 0.25),
                                EchoShares(0.15, 0.4, 0.42)), lost=3)
 """Sonar of a Pioneer. The shares lie between what walls return that are lost beyond 20 degrees, and beyond 40."""
-LASER_NUMBERS = SensorNumbers((EchoShares(0.8, 0.04, 0.04),), 1, sigma=0.06, sigma_per_metre=0.02, short=0.09)
-"""A laser. Its standard deviation is mainly that of the table of expected ranges between its nodes and directions."""
-LASER_WEIGHT = 0.03
-"""Share of each laser ray's log-likelihood that counts, as `LocalisationNumbers.weight` is of a sonar reading's."""
+
+
+@dataclass(frozen=True)
+class LaserNumbers:
+    """How a laser tells where the robot is (`laser_field`)."""
+
+    rays: int = parameter(40, Whole(4, 2000), "so many rays of a scan are used, spread over it")
+    sigma: float = parameter(
+        0.06, Number(0.005, 1.0), "standard deviation of where a ray ends, from the middle of a wall's cell", "m")
+    sigma_coarse: float = parameter(0.2, Number(0.005, 2.0), "the same for poses that are only roughly right", "m")
+    anywhere: float = parameter(
+        0.1, Number(0.001, 0.9), "share of rays that end anywhere: at people, at things that are on no map")
+    worth: float = parameter(
+        3.0, Number(0.01, 100.0), "a spot that a laser sees tells so many times more than one that sonar hears, where"
+        " margins of `localisation` count")
+    near: float = parameter(0.15, Number(0.01, 1.0), "a ray that ends so near to a wall of the map is explained", "m")
+    weight: float = parameter(
+        0.02, Number(0.0, 1.0), "share of a ray's log-likelihood that counts, as `localisation/weight`: rays of one"
+        " scan err alike")
+    evidence: float = parameter(
+        0.2, Number(0.0, 1.0), "what a ray counts when readings are counted that the pose explains; a sonar reading"
+        " counts 1")
+    sonar_weight: float = parameter(
+        1.0, Number(0.0, 1.0), "with a laser, what sonar readings count besides; without, they count 1")
+    patience: float = parameter(
+        1.0, Number(0.1, 60.0), "so long after the last scan the robot goes on by sonar alone", "s")
 
 
 @dataclass(frozen=True)
@@ -205,6 +227,10 @@ class ObstacleNumbers:
     same_place_share: float = parameter(0.25, Number(0, 2), "what each metre of range adds: it is of an arc")
     seen_through: float = parameter(0.2, Number(0.02, 2), "an echo from this much farther has passed an obstacle", "m")
     passes: int = parameter(2, Whole(1, 50), "so often an echo must pass an obstacle until it is forgotten")
+    seen_beside: float = parameter(
+        0.1, Number(0.01, 1), "the ray of a laser counts if one beside it ends so near", "m")
+    seen_itself: float = parameter(
+        0.03, Number(0, 1), "where a ray of a laser ends nearer to the robot's outline, it saw the robot itself", "m")
 
 
 @dataclass(frozen=True)
@@ -430,6 +456,7 @@ class NavigationNumbers(NamedTuple):
     """The tuned numbers of all parts of navigation."""
 
     localisation: LocalisationNumbers = LocalisationNumbers()
+    laser: LaserNumbers = LaserNumbers()
     planning: PlanningNumbers = PlanningNumbers()
     obstacles: ObstacleNumbers = ObstacleNumbers()
     suspected_walls: SuspicionNumbers = SuspicionNumbers()

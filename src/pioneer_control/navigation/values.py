@@ -3,7 +3,7 @@
 Lengths are in metres, angles in radians, counter-clockwise positive, times in seconds.
 """
 
-from typing import NamedTuple, Sequence, Tuple
+from typing import NamedTuple, Optional, Sequence, Tuple
 
 from ..floor_poses import Pose
 
@@ -24,25 +24,31 @@ class Firing(NamedTuple):
     time: float
 
 
-class Sensing(NamedTuple):
-    """What the robot senses in one standard packet (SIP).
+class LaserSweep(NamedTuple):
+    """What a laser measures in one turn, as it tells it.
 
-    `odometry` is the pose by the wheels at `time` (s); it never jumps. `firings` are those since the last packet,
-    oldest first. `origin` is where the wheels tell a pose of 0, in the frame of `odometry`: see `steady_odometry`.
+    Attributes:
+        time: when the first ray was fired (s).
+        duration: from the first ray to the last one (s); 0 if the laser does not tell the order of its rays.
+        mount: pose of the laser on the robot.
+        first_angle, angle_step: ray number i looks to `first_angle` + i * `angle_step` (rad; 0 is straight ahead of the
+            laser).
+        ranges: of each ray (m): infinite where no echo came back, NaN where the laser could not measure.
     """
 
     time: float
-    odometry: Pose
-    firings: Tuple[Firing, ...]
-    origin: Pose = Pose(0.0, 0.0, 0.0)
+    duration: float
+    mount: Pose
+    first_angle: float
+    angle_step: float
+    ranges: Sequence[float]
 
 
 class Scan(NamedTuple):
-    """What a laser measures in one turn.
+    """What a laser measures in one turn, and how the robot moved meanwhile, by the wheels.
 
-    `odometry` is the pose by the wheels at `time` (s), `mount` that of the laser on the robot. Ray number i looks to
-    `first_angle` + i * `angle_step` (rad; 0 is straight ahead of the laser) and measures `ranges[i]` (m), infinite or
-    NaN where it sees nothing.
+    `time` (s) is the middle between the first ray and the last, `odometry` the pose then, and `motion` what the robot
+    moved from the first ray to the last (m, rad; robot's frame). All else is as in `LaserSweep`.
     """
 
     time: float
@@ -51,6 +57,22 @@ class Scan(NamedTuple):
     first_angle: float
     angle_step: float
     ranges: Sequence[float]
+    motion: Pose = Pose(0.0, 0.0, 0.0)
+
+
+class Sensing(NamedTuple):
+    """What the robot senses in one standard packet (SIP).
+
+    `odometry` is the pose by the wheels at `time` (s); it never jumps. `firings` are those since the last packet,
+    oldest first. `origin` is where the wheels tell a pose of 0, in the frame of `odometry`: see `steady_odometry`.
+    `scan` is the newest one of a laser since the last packet, if there is any.
+    """
+
+    time: float
+    odometry: Pose
+    firings: Tuple[Firing, ...]
+    origin: Pose = Pose(0.0, 0.0, 0.0)
+    scan: Optional[Scan] = None
 
 
 class Twist(NamedTuple):

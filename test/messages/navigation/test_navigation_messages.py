@@ -4,16 +4,19 @@ import math
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import Point, Quaternion
+from geometry_msgs.msg import Point, Quaternion, Transform, Vector3
 from geometry_msgs.msg import Pose as PoseMessage
 from rospy import Time
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Header
+from tf.transformations import quaternion_from_euler
 
 from pioneer_control.errors import UsageError
 from pioneer_control.floor_poses import Pose
 from pioneer_control.maps import FREE, OCCUPIED, UNKNOWN, GridMap
 from pioneer_control.navigation.node.messages import (check_start, cloud_message, footprint_message, map_message,
-                                                      path_message, pose_message, pose_of, pose_with_covariance,
-                                                      spread_of)
+                                                      mount_of, path_message, pose_message, pose_of,
+                                                      pose_with_covariance, spread_of, sweep_of)
 
 STAMP = Time(5)
 
@@ -102,3 +105,71 @@ def test_a_cloud_has_at_most_as_many_poses_as_wanted_from_all_of_it(count, told)
     cloud = cloud_message(particles, 500, "map", STAMP)
     assert len(cloud.poses) == told
     assert cloud.poses[0].position.x == 0.0 and cloud.poses[-1].position.x > 0.99 * count - 2
+
+
+# Scans of a laser
+
+def transform(x, y, roll=0.0, pitch=0.0, yaw=0.0):
+    return Transform(Vector3(x, y, 0.3), Quaternion(*quaternion_from_euler(roll, pitch, yaw)))
+
+
+@pytest.mark.parametrize("turn, pose, upside_down", [
+    (dict(), (0.1, 0.2, 0.0), False), (dict(yaw=2.0), (0.1, 0.2, 2.0), False),
+    (dict(roll=math.pi), (0.1, 0.2, 0.0), True), (dict(roll=math.pi, yaw=0.5), (0.1, 0.2, 0.5), True),
+    (dict(roll=0.05, yaw=1.0), (0.1, 0.2, 1.0), False),
+])
+def test_a_mount_is_the_pose_of_the_laser_and_which_side_is_up(turn, pose, upside_down):
+    mount, turned = mount_of(transform(0.1, 0.2, **turn))
+    assert mount == pytest.approx(pose, abs=1e-9) and turned is upside_down
+
+
+@pytest.mark.parametrize("turn, angle", [(dict(pitch=0.5), 29), (dict(roll=math.pi / 2), 90), (dict(roll=3.0), 8)])
+def test_a_laser_that_leans_is_of_no_use(turn, angle):
+    with pytest.raises(UsageError, match="leans by %d degrees" % angle):
+        mount_of(transform(0.0, 0.0, **turn))
+
+
+def test_a_mount_of_no_number_is_refused():
+    with pytest.raises(UsageError, match="leans"):
+        mount_of(Transform(Vector3(), Quaternion(math.nan, 0.0, 0.0, 1.0)))
+
+
+def scan(**changed):
+    """A scan of three rays: to the right, ahead, to the left."""
+    values = dict(header=Header(stamp=Time(7), frame_id="laser"), angle_min=-1.0, angle_max=1.0, angle_increment=1.0,
+                  time_increment=0.01, scan_time=0.1, range_min=0.05, range_max=8.0, ranges=[1.0, 2.0, 3.0])
+    return LaserScan(**dict(values, **changed))
+
+
+MOUNT = Pose(0.1, 0.0, 0.0)
+
+
+def test_a_scan_is_what_the_laser_measured():
+    sweep = sweep_of(scan(), MOUNT, False, 0.5)
+    assert (sweep.time, sweep.duration, sweep.mount) == (7.5, 0.02, MOUNT)
+    assert (sweep.first_angle, sweep.angle_step, list(sweep.ranges)) == (-1.0, 1.0, [1.0, 2.0, 3.0])
+
+
+def test_the_scan_of_a_laser_that_is_upside_down_runs_clockwise():
+    sweep = sweep_of(scan(), MOUNT, True, 0.0)
+    assert (sweep.first_angle, sweep.angle_step) == (1.0, -1.0)
+
+
+def test_ranges_beyond_the_limits_are_none():
+    sweep = sweep_of(scan(ranges=[0.01, 9.0, -1.0, math.nan, math.inf], angle_max=3.0), MOUNT, False, 0.0)
+    assert np.isnan(sweep.ranges).tolist() == [True, False, True, True, False]
+    assert np.isposinf(sweep.ranges).tolist() == [False, True, False, False, True]
+
+
+@pytest.mark.parametrize("wrong, named", [
+    (dict(ranges=[]), "0 ranges"), (dict(ranges=[1.0]), "1 ranges"), (dict(ranges=[1.0] * 5), "5 ranges, but .* are 3"),
+    (dict(angle_increment=0.0), "0 rad apart"), (dict(angle_increment=math.nan), "angle_increment of a scan is nan"),
+    (dict(angle_min=math.inf), "angle_min of a scan is inf"), (dict(angle_max=-1.0), "to angle_max -1 "),
+    (dict(angle_max=math.nan), "angle_max of a scan is nan"), (dict(angle_increment=9.0, angle_max=17.0), "one turn"),
+    (dict(time_increment=-0.1), "took -0.2 s"), (dict(time_increment=9.0), "took 18 s"),
+    (dict(time_increment=math.nan), "time_increment"), (dict(range_max=math.nan), "range_max nan"),
+    (dict(range_min=9.0), "range_min 9 and range_max 8"),
+])
+def test_a_scan_whose_numbers_do_not_fit_is_refused(wrong, named):
+    with pytest.raises(UsageError, match=named):
+        sweep_of(scan(**wrong), MOUNT, False, 0.0)

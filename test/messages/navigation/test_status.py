@@ -7,6 +7,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from pioneer_control.floor_poses import Pose
 from pioneer_control.navigation.localisation import Where
 from pioneer_control.navigation.navigator import State
+from pioneer_control.navigation.node.laser_watch import LaserState
 from pioneer_control.navigation.node.status import judged
 from pioneer_control.navigation.pilot import NOTHING_YET
 
@@ -32,3 +33,10 @@ def test_what_is_not_well_is_a_warning_with_its_reason(step, tf_trouble, named):
 
 def test_a_little_late_is_no_warning():
     assert judged(DRIVES._replace(late=0.05))[0] == DiagnosticStatus.OK
+
+
+def test_a_laser_that_is_of_no_use_is_a_warning_but_what_else_is_not_well_comes_first():
+    silent = LaserState("no scan for 3.0 s", True)
+    assert judged(DRIVES, "", silent) == (DiagnosticStatus.WARN, "laser: no scan for 3.0 s")
+    assert judged(DRIVES._replace(state=State.FAILED, reason="no way"), "", silent)[1] == "failed: no way"
+    assert judged(DRIVES, "", LaserState("used", False)) == (DiagnosticStatus.OK, "driving: on the way")

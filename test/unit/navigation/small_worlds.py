@@ -6,11 +6,14 @@ import numpy as np
 
 from pioneer_control.floor_poses import Pose, compose, relative
 from pioneer_control.maps import FREE, OCCUPIED, UNKNOWN, GridMap
+from pioneer_control.navigation.expected_ranges import Beam
 from pioneer_control.navigation.values import Firing, Scan, Sensing
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.world import World
 from pioneer_control.simulator.world.poses import unit
 
+RAY = Beam(0.0, 8.0, 180, 1, 0.04)
+"""A sensor that looks along one line."""
 HALF_CONE = math.radians(12.5)
 TRANSDUCERS = find_model("p3dx-sh").sonar
 

@@ -5,10 +5,10 @@ import math
 
 import numpy as np
 import pytest
-from small_worlds import HALF_CONE, ROOM, map_of, square_map
+from small_worlds import HALF_CONE, RAY, ROOM, map_of, square_map
 
 from pioneer_control.maps import FREE, OCCUPIED, GridMap
-from pioneer_control.navigation.expected_ranges import LASER_BEAM, SONAR_BEAM, ExpectedRanges, standing_room
+from pioneer_control.navigation.expected_ranges import SONAR_BEAM, ExpectedRanges, standing_room
 from pioneer_control.simulator.world.poses import unit
 
 
@@ -23,7 +23,7 @@ def echoes(table, x, y, heading, coarse=False):
     return table.echoes(*(np.asarray(each, dtype=float) for each in (x, y, heading)), coarse)
 
 
-@pytest.mark.parametrize("beam", [SONAR_BEAM, LASER_BEAM])
+@pytest.mark.parametrize("beam", [SONAR_BEAM, RAY])
 @pytest.mark.parametrize("heading", [0.0, math.pi / 2, math.pi, -math.pi / 2, 2 * math.pi, -3 * math.pi])
 def test_walls_on_all_four_sides_of_a_square_room(beam, heading):
     table = ExpectedRanges(square_map(80), beam)     # middles of its walls' cells at 0.025 and 3.975 m
@@ -41,11 +41,11 @@ def test_nothing_in_reach_is_none():
     assert ranges(table, [6.0], [6.0], [0.0]) == math.inf
 
 
-def test_a_laser_looks_between_posts_where_sonar_hears_them():
+def test_a_ray_looks_between_posts_where_sonar_hears_them():
     cells = np.full((80, 80), FREE, dtype=np.int8)
     cells[30, 60] = cells[50, 60] = OCCUPIED
     empty = GridMap(cells, 0.05, (0.0, 0.0))
-    assert ranges(ExpectedRanges(empty, LASER_BEAM), [0.5], [2.0], [0.0]) == math.inf
+    assert ranges(ExpectedRanges(empty, RAY), [0.5], [2.0], [0.0]) == math.inf
     assert ranges(ExpectedRanges(empty, SONAR_BEAM), [0.5], [2.0], [0.0]) == pytest.approx(2.53, abs=0.08)
 
 
@@ -53,7 +53,7 @@ def test_no_ray_slips_between_cells_that_touch_at_their_corners():
     cells = np.full((160, 160), FREE, dtype=np.int8)
     diagonal = np.arange(160)
     cells[diagonal, 159 - diagonal] = OCCUPIED
-    table = ExpectedRanges(GridMap(cells, 0.05, (0.0, 0.0)), LASER_BEAM)
+    table = ExpectedRanges(GridMap(cells, 0.05, (0.0, 0.0)), RAY)
     headings = np.radians(np.arange(10, 81, 2))
     expected = math.sqrt(2.0) / np.cos(headings - math.pi / 4)       # the wall is 1.414 m away along the diagonal
     assert ranges(table, np.full(36, 3.0), np.full(36, 3.0), headings) == pytest.approx(expected, abs=0.12)
@@ -95,7 +95,7 @@ def test_an_echo_tells_how_the_wall_slants(thick, faces):
 
 @pytest.mark.parametrize("limits, slants", [((), {0}), ((0.1,), {0, 1})])
 def test_there_are_as_many_slants_as_the_beam_divides_walls_into(limits, slants):
-    table = ExpectedRanges(wall_map(20.0, 0.07), LASER_BEAM._replace(slant_limits=limits))
+    table = ExpectedRanges(wall_map(20.0, 0.07), RAY._replace(slant_limits=limits))
     x, y = np.meshgrid(np.linspace(-3.0, 3.0, 20), np.linspace(-3.0, 3.0, 20))
     assert set((echoes(table, x, y, np.full((20, 20), 0.5)) % table.slants).ravel().tolist()) == slants
 
@@ -110,7 +110,7 @@ def test_a_map_with_too_many_columns_for_the_small_numbers_has_the_same_echoes()
     """A ray that has met nothing stays so, and one that meets a wall far back on the map has its range."""
     cells = np.full((4, 9000), FREE, dtype=np.int8)
     cells[:, 20] = cells[:, 8980] = OCCUPIED
-    beam = LASER_BEAM._replace(directions=4, slant_limits=(0.3, 0.6, 0.9))
+    beam = RAY._replace(directions=4, slant_limits=(0.3, 0.6, 0.9))
     table = ExpectedRanges(GridMap(cells, 0.05, (0.0, 0.0)), beam)
     assert ranges(table, [2.0, 448.0, 250.0, 250.0, 5.0, 445.0], 6 * [0.1], [math.pi, 0.0, 0.0, math.pi, 0.0, math.pi]
                   ) == pytest.approx([0.975, 1.025, *4 * [math.inf]], abs=0.06)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from small_worlds import ROOM, TRANSDUCERS, SensingRobot, map_of, off, rectangle, unknown_map
 
-from pioneer_control.errors import UsageError
 from pioneer_control.floor_poses import Pose
 from pioneer_control.maps import FREE
 from pioneer_control.navigation.certainty import Certainty
@@ -14,7 +13,7 @@ from pioneer_control.navigation.localisation import Localisation
 from pioneer_control.navigation.measurement import Beams, RangeModel
 from pioneer_control.navigation.pose_cloud import PoseCloud
 from pioneer_control.navigation.pose_search import Found, PoseSearch
-from pioneer_control.navigation.tuned import LocalisationNumbers
+from pioneer_control.navigation.tuned import LaserNumbers, LocalisationNumbers
 from pioneer_control.navigation.values import Twist
 from pioneer_control.simulator.world import World
 
@@ -28,7 +27,7 @@ def circle(robot, localisation, seconds, laser=None):
     results = []
     for _ in range(round(seconds * 10)):
         sensing = robot.step(0.03, -0.05)
-        results.append(localisation.update_scan(robot.scan()) if laser else localisation.update(sensing))
+        results.append(localisation.update(sensing._replace(scan=robot.scan() if laser else None)))
     return results
 
 
@@ -99,11 +98,12 @@ def test_once_it_notices_that_it_was_carried_it_compares_only_what_it_heard_sinc
     """1002: it stopped at once beside a wall. What it had heard on its way outweighed all that it heard there."""
     robot, localisation = localised()
     robot.pose = Pose(5.4, 3.3, 0.5)
-    heard = localisation._recent.heard
+    heard = localisation._main.recent.heard
     while localisation.update(robot.step(0.0, 0.01)).sure:
         pass
     assert localisation._certainty.doubts
-    assert 0 < len(localisation._recent) <= localisation._recent.heard - heard < LocalisationNumbers().kept_in_doubt
+    recent = localisation._main.recent
+    assert 0 < len(recent) <= recent.heard - heard < LocalisationNumbers().kept_in_doubt
 
 
 @pytest.mark.parametrize("settled, elsewhere", [(True, True), (False, True), (True, False)])
@@ -166,7 +166,8 @@ def test_where_few_spots_were_heard_another_pose_raises_a_doubt_before_it_is_bel
         monkeypatch, spots, better, sure, moves):
     """1507: a thing on no map beside the robot was a wall elsewhere. It moved there, and was sure."""
     robot, localisation = localised()
-    here, there, before = np.array([localisation.where.pose]), np.array([[1.0, 3.4, 0.0]]), len(localisation._recent)
+    here, there = np.array([localisation.where.pose]), np.array([[1.0, 3.4, 0.0]])
+    before = len(localisation._main.recent)
     monkeypatch.setattr(PoseSearch, "scored", lambda self, poses, beams: Found(there, np.array([-3.0])))
     monkeypatch.setattr(PoseSearch, "improved", lambda self, poses, beams: Found(here, np.array([-3.0 - better])))
     monkeypatch.setattr(RangeModel, "spot_shares", lambda self, beams: np.ones(spots))
@@ -176,7 +177,7 @@ def test_where_few_spots_were_heard_another_pose_raises_a_doubt_before_it_is_bel
     where = localisation.update(robot.step(0.03, -0.05))
     monkeypatch.undo()
     assert where.sure == sure
-    forgets = len(localisation._recent) < 2 * LocalisationNumbers().kept_in_doubt < before
+    forgets = len(localisation._main.recent) < 2 * LocalisationNumbers().kept_in_doubt < before
     assert forgets or sure or moves, "a doubt about a place is one about what was heard before, too"
     near_there = np.hypot(*(localisation.particles[:, :2] - there[0, :2]).T) < 0.5
     assert (near_there.mean() > 0.5) == moves
@@ -269,11 +270,10 @@ def test_an_unknown_start_has_no_first_look():
 
 
 def test_a_robot_with_a_laser_has_its_first_look_with_it():
-    robot, localisation = SensingRobot(ROOM, START).with_laser(ROOM), Localisation(MAP, TRANSDUCERS, laser=True)
+    robot, localisation = SensingRobot(ROOM, START).with_laser(ROOM), Localisation(MAP, TRANSDUCERS)
     localisation.known_start(START)
     for _ in range(10):
-        robot.step(0.0, 0.0)
-        localisation.update_scan(robot.scan())
+        localisation.update(robot.step(0.0, 0.0)._replace(scan=robot.scan()))
     assert localisation.where.sure
 
 
@@ -383,15 +383,49 @@ def test_a_sonar_that_hears_nothing_finds_no_unknown_start():
 
 
 def test_a_laser_localises_too():
-    robot, localisation = SensingRobot(ROOM, START).with_laser(ROOM), Localisation(MAP, TRANSDUCERS, laser=True)
+    robot, localisation = SensingRobot(ROOM, START).with_laser(ROOM), Localisation(MAP, TRANSDUCERS)
     results = circle(robot, localisation, 10.0, laser=True)
+    assert results[-1].sure and results[-1].by_laser and np.all(off(results[-1], robot) < np.array((0.03, 0.02)))
+
+
+def test_a_laser_alone_localises_where_sonar_hears_nothing():
+    robot, localisation = SensingRobot(ROOM, START).with_laser(ROOM), Localisation(MAP, TRANSDUCERS)
+    robot.deaf = True
+    results = circle(robot, localisation, 10.0, laser=True)
+    assert results[-1].sure and np.all(off(results[-1], robot) < np.array((0.03, 0.02)))
+
+
+def test_when_scans_end_it_goes_on_by_sonar_and_when_they_come_again_by_them():
+    robot, localisation = SensingRobot(ROOM, START).with_laser(ROOM), Localisation(MAP, TRANSDUCERS)
+    localisation.known_start(START)
+    assert circle(robot, localisation, 5.0, laser=True)[-1].by_laser
+    without = circle(robot, localisation, 5.0)
+    assert all(where.sure for where in without) and np.all(off(without[-1], robot) < np.array(SURE))
+    patience = round(10 * LaserNumbers().patience)
+    assert all(where.by_laser for where in without[:patience - 1]) and not without[patience + 2].by_laser
+    again = circle(robot, localisation, 5.0, laser=True)
+    assert again[-1].by_laser
+    assert all(where.sure for where in again) and np.all(off(again[-1], robot) < np.array((0.03, 0.02)))
+
+
+def test_scans_of_another_place_raise_a_doubt():
+    robot, localisation = SensingRobot(ROOM, START).with_laser(ROOM), Localisation(MAP, TRANSDUCERS)
+    localisation.known_start(START)
+    assert circle(robot, localisation, 5.0, laser=True)[-1].sure
+    robot.pose = Pose(1.0, 3.4, 0.0)        # somebody carries it
+    results = circle(robot, localisation, 20.0, laser=True)
+    assert not all(where.sure for where in results)
     assert results[-1].sure and np.all(off(results[-1], robot) < np.array(SURE))
 
 
-def test_a_scan_needs_a_laser():
-    robot = SensingRobot(ROOM, START).with_laser(ROOM)
-    with pytest.raises(UsageError, match="laser=True"):
-        Localisation(MAP, TRANSDUCERS).update_scan(robot.scan())
+def test_a_laser_that_sees_nothing_tells_nothing():
+    robot, localisation = SensingRobot(ROOM, START).with_laser(ROOM), Localisation(MAP, TRANSDUCERS)
+    localisation.known_start(START, 0.2, 0.1)
+    for blind in (math.inf, math.nan):
+        for _ in range(30):
+            scan = robot.scan()._replace(ranges=[blind] * 181)
+            where = localisation.update(robot.step(0.03, -0.05)._replace(scan=scan))
+    assert np.all(off(where, robot) < np.array(SURE))       # by sonar, which corrects the pose as before
 
 
 def test_the_same_seed_gives_the_same_poses():

@@ -4,13 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_worlds import square_map
+from small_worlds import RAY, square_map
 
-from pioneer_control.navigation.expected_ranges import LASER_BEAM, SONAR_BEAM
+from pioneer_control.navigation.expected_ranges import SONAR_BEAM
 from pioneer_control.navigation.measurement import Beams, RangeModel, likelihoods
 from pioneer_control.navigation.pose_search import PoseSearch
-from pioneer_control.navigation.tuned import LASER_NUMBERS, SONAR_NUMBERS, LocalisationNumbers
+from pioneer_control.navigation.tuned import SONAR_NUMBERS, EchoShares, LocalisationNumbers, SensorNumbers
 
+RAY_NUMBERS = SensorNumbers((EchoShares(0.8, 0.04, 0.04),), 1, sigma=0.06, sigma_per_metre=0.02, short=0.09)
 MODEL = RangeModel(square_map(80), SONAR_BEAM, SONAR_NUMBERS, 0.0)
 NONE = MODEL.expected.none
 
@@ -24,7 +25,7 @@ def ahead(*measured):
 MIDDLE = np.array([[2.0, 2.0, 0.0]])    # 1.975 m before a wall: number 99
 
 
-@pytest.mark.parametrize("beam, numbers", [(SONAR_BEAM, SONAR_NUMBERS), (LASER_BEAM, LASER_NUMBERS)])
+@pytest.mark.parametrize("beam, numbers", [(SONAR_BEAM, SONAR_NUMBERS), (RAY, RAY_NUMBERS)])
 def test_likelihoods_of_all_that_can_be_measured_add_up_to_1(beam, numbers):
     count = round(beam.maximum / beam.unit) + 2
     table = likelihoods(np.arange(count) * beam.unit, beam, numbers)
@@ -48,11 +49,11 @@ def test_where_a_wall_slants_the_sensor_often_hears_nothing_or_what_is_behind():
     assert shorter == pytest.approx(square[2], abs=0.3)
 
 
-def test_laser_looks_at_all_walls_alike():
-    laser = RangeModel(square_map(80), LASER_BEAM, LASER_NUMBERS, 0.0)
-    numbers = laser.expected.number_of([0.975 / np.sin(np.radians(40.0)), 0.975])
+def test_a_ray_looks_at_all_walls_alike():
+    ray = RangeModel(square_map(80), RAY, RAY_NUMBERS, 0.0)
+    numbers = ray.expected.number_of([0.975 / np.sin(np.radians(40.0)), 0.975])
     poses = np.array([[1.0, 1.0, np.radians(-40.0)], [1.0, 1.0, np.radians(-90.0)]])
-    logs = laser.log_likelihoods(poses, ahead(*numbers, laser.expected.none))
+    logs = ray.log_likelihoods(poses, ahead(*numbers, ray.expected.none))
     assert [logs[0, 0], logs[0, 2]] == pytest.approx([logs[1, 1], logs[1, 2]], abs=0.3)
 
 

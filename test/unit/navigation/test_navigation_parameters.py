@@ -38,7 +38,8 @@ def test_a_pose_to_begin_at():
     ({"global_frame_id": "odom"}, "are 'odom', 'odom' and 'base_link': they must differ"),
     ({"global_frame_id": "a/base_link", "frame_prefix": "a/"}, "must differ"), ({"base_frame_id": "odom"}, "differ"),
     ({"localisation": {"partikles": 9}}, "partikles"),
-    ({"localisation": {"laser_weight": 0.1}}, "laser_weight"),      # the node hears no laser
+    ({"localisation": {"laser_weight": 0.1}}, "laser_weight"),      # it is ~laser/weight
+    ({"laser": {"rays": 2}}, "^~laser/rays = 2 is not legal"), ({"use_laser": 2}, "use_laser"),
     ({"map": "lab.yaml", "save_to": "new.yaml"}, "save_to"), ({"save_to": "new.pgm"}, "must end in .yaml"),
     ({"save_to": "lab/.yaml"}, "must end in .yaml"), ({"save_to": "lab.goals.yaml"}, "but not in .goals.yaml"),
     ({"seed": -1}, "~seed = -1 is not legal: give a whole number from 0 up"),

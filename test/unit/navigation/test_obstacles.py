@@ -10,7 +10,7 @@ from pioneer_control.floor_poses import Pose
 from pioneer_control.navigation.obstacles import Obstacles, cells_near, edge_cells
 from pioneer_control.navigation.planning import DrivableFloor
 from pioneer_control.navigation.tuned import ObstacleNumbers, PlanningNumbers
-from pioneer_control.navigation.values import Firing, Sensing
+from pioneer_control.navigation.values import Firing, Scan, Sensing
 
 HERE = Pose(2.0, 2.0, 0.0)
 AHEAD = 3       # a transducer of a p3dx, at (0.166, 0.027), that looks 10 degrees to the left
@@ -274,3 +274,90 @@ def test_what_was_silent_for_long_must_prove_anew_that_it_stands():
     hear(obstacles, 1.0, 1.0)
     places = hear(obstacles, 1.0, 5.0)
     assert (places.since[places.time == 5.0] == 5.0).all()
+
+
+# What a laser sees
+
+LASER = Pose(0.02, 0.0, 0.0)
+
+
+def see(obstacles, time, ends=(), where=HERE, odometry=HERE, wall=math.inf, heard=()):
+    """Let a laser see: `ends` are pairs of a number of a ray (0 to 180, 90 is ahead) and a range, all else `wall`."""
+    ranges = [wall] * 181
+    for number, far in ends:
+        ranges[number] = far
+    scan = Scan(time, odometry, LASER, -math.pi / 2, math.radians(1.0), ranges)
+    obstacles.hear(Sensing(time, odometry, tuple(Firing(number, far, time) for number, far in heard), scan=scan), where)
+    return obstacles.heard()
+
+
+LEG = [(89, 1.0), (90, 1.0), (91, 1.0)]
+
+
+def test_where_rays_end_that_the_map_does_not_explain_something_is():
+    places = see(memory(), 1.0, LEG)
+    assert places.seen.all() and not places.mapped.any() and 1 <= len(places.x) <= 3
+    assert np.hypot(places.x - 3.02, places.y - 2.0).max() < 0.03
+
+
+def test_a_wall_that_a_laser_sees_is_left_to_the_map():
+    assert not len(see(memory(), 1.0, [(180, 1.95), (179, 1.95), (178, 1.95)]).x)
+
+
+def test_a_ray_alone_measures_neither_a_thing_nor_what_is_behind():
+    assert not len(see(memory(), 1.0, [(90, 1.0)]).x)
+    assert not len(see(memory(), 1.0, [(89, 0.8), (90, 1.0), (91, 1.2)]).x)
+
+
+def test_what_is_far_away_or_the_robot_itself_is_no_obstacle():
+    assert not len(see(memory(), 1.0, [(number, 2.1) for number in range(85, 95)]).x)
+    assert not len(see(memory(), 1.0, [(number, 0.1) for number in range(85, 95)]).x)
+
+
+def test_rays_that_pass_forget_what_a_laser_told():
+    obstacles = memory()
+    assert len(see(obstacles, 1.0, LEG).x)
+    assert len(see(obstacles, 1.1).x), "no echo says nothing"
+    assert len(see(obstacles, 1.2, wall=1.15).x), "the ray ended too near behind it"
+    for time in (1.5, 1.6):
+        places = see(obstacles, time, wall=3.0)
+    assert not len(places.x)
+
+
+def test_a_laser_does_not_forget_what_sonar_told_nor_sonar_what_a_laser_told():
+    obstacles = memory()
+    hear(obstacles, 1.0, 1.0)
+    for step in range(1, 6):
+        places = see(obstacles, 1.0 + step / 10, wall=3.0)
+    assert len(places.x) and not places.seen.any()      # it is lower than the laser
+    obstacles = memory()
+    see(obstacles, 1.0, LEG)
+    for step in range(1, 6):
+        places = hear(obstacles, 1.95, 1.0 + step / 10)
+    assert places.seen.any()        # sonar is deaf to it
+
+
+def test_both_keep_what_they_tell_of_one_place():
+    obstacles = memory()
+    places = see(obstacles, 1.0, LEG, heard=[(AHEAD, 0.87)])
+    sonars = int((~places.seen).sum())
+    for step in range(1, 6):
+        places = see(obstacles, 1.0 + step / 10, wall=3.0)
+    assert sonars > 0 and int((~places.seen).sum()) == sonars and not places.seen.any()
+
+
+def test_what_a_laser_saw_while_the_robot_was_not_sure_is_forgotten_where_the_map_explains_it():
+    obstacles, wall = memory(), [(180, 1.95), (179, 1.95), (178, 1.95)]
+    assert len(see(obstacles, 1.0, wall + LEG, where=None).x) > 3
+    assert np.hypot(*(see(obstacles, 1.1, LEG).x - 3.02, obstacles.heard().y - 2.0)).max() < 0.03
+
+
+def test_what_a_laser_sees_for_long_in_one_place_stands_still():
+    obstacles = memory()
+    for step in range(30):
+        places = see(obstacles, 1.0 + step / 10, LEG)
+    assert (places.time - places.since).max() > ObstacleNumbers().proves_still
+
+
+def test_a_robot_that_makes_its_map_leaves_the_laser_out():
+    assert not len(see(memory(makes_map=True), 1.0, LEG).x)

@@ -6,6 +6,7 @@ import pytest
 
 from pioneer_control.floor_poses import Pose, relative
 from pioneer_control.navigation.senses import FiringWatch, Senses
+from pioneer_control.navigation.values import LaserSweep
 
 
 def numbers_of(firings):
@@ -118,3 +119,74 @@ def test_a_robot_that_still_rolls_while_time_stands_does_not_jump():
     senses.hear_pose(5.2, Pose(0.3, 0.0, 0.0))
     sensing, = senses.hear_sonar(5.2, [1.0] * 8)
     assert sensing.odometry == Pose(0.3, 0.0, 0.0) and sensing.origin == Pose(0.0, 0.0, 0.0)
+
+
+# Scans of a laser
+
+def sweep(time, duration=0.0):
+    """A scan whose ranges tell its time."""
+    return LaserSweep(time, duration, Pose(0.1, 0.0, 0.0), -1.0, 1.0, [time] * 3)
+
+
+def packet(senses, time, pose):
+    """Return what is sensed in a packet with a pose and sonar."""
+    senses.hear_sonar(time, [1.0, 1.0])
+    return senses.hear_pose(time, pose)[0]
+
+
+@pytest.fixture
+def senses():
+    senses = Senses([0, 1])
+    assert packet(senses, 10.0, Pose(0.0, 0.0, 0.0)).scan is None
+    return senses
+
+
+def test_a_packet_has_the_newest_scan_of_before_it_and_the_pose_of_its_time(senses):
+    for time in (10.02, 10.05, 10.08, 10.11):
+        senses.hear_sweep(sweep(time))
+    scan = packet(senses, 10.1, Pose(0.1, 0.0, 0.2)).scan
+    assert scan.ranges == [10.08] * 3 and scan.time == pytest.approx(10.08)
+    assert scan.odometry == pytest.approx((0.08, 0.0, 0.16)) and scan.motion == pytest.approx((0.0, 0.0, 0.0))
+    assert packet(senses, 10.2, Pose(0.2, 0.0, 0.4)).scan.ranges == [10.11] * 3
+    assert packet(senses, 10.3, Pose(0.3, 0.0, 0.6)).scan is None
+
+
+def test_a_scan_that_takes_time_is_of_its_middle_and_says_how_the_robot_moved(senses):
+    senses.hear_sweep(sweep(10.02, 0.04))
+    scan = packet(senses, 10.1, Pose(0.1, 0.0, 0.0)).scan
+    assert scan.time == pytest.approx(10.04) and scan.odometry == pytest.approx((0.04, 0.0, 0.0))
+    assert scan.motion == pytest.approx((0.04, 0.0, 0.0))
+
+
+def test_a_scan_that_has_not_ended_waits(senses):
+    senses.hear_sweep(sweep(10.08, 0.04))
+    assert packet(senses, 10.1, Pose(0.0, 0.0, 0.0)).scan is None
+    assert packet(senses, 10.2, Pose(0.0, 0.0, 0.0)).scan is not None
+
+
+def test_of_many_scans_only_some_are_wanted(senses):
+    senses.hear_sweep(sweep(10.0))
+    assert [senses.wants_sweep(10.0 + after) for after in (0.0, 0.01, 0.02, 0.026)] == [False, False, False, True]
+
+
+def test_a_stale_scan_is_left_out_and_its_age_is_told(senses):
+    assert senses.scan_age is None
+    senses.hear_sweep(sweep(5.0))
+    assert packet(senses, 10.1, Pose(0.0, 0.0, 0.0)).scan is None and senses.scan_age == pytest.approx(5.1)
+
+
+def test_a_scan_of_another_clock_is_never_taken_and_its_age_is_told(senses):
+    senses.hear_sweep(sweep(100.0))
+    assert packet(senses, 10.1, Pose(0.0, 0.0, 0.0)).scan is None and senses.scan_age == pytest.approx(-89.9)
+
+
+def test_when_its_time_jumps_back_scans_of_before_are_forgotten(senses):
+    senses.hear_sweep(sweep(100.0))
+    senses.hear_sweep(sweep(10.05))
+    assert packet(senses, 10.1, Pose(0.0, 0.0, 0.0)).scan.ranges == [10.05] * 3
+
+
+def test_a_scan_of_before_the_first_pose_is_left_out():
+    senses = Senses([0, 1])
+    senses.hear_sweep(sweep(9.9))
+    assert packet(senses, 10.0, Pose(0.0, 0.0, 0.0)).scan is None

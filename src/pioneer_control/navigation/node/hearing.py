@@ -2,10 +2,11 @@
 
 import threading
 from time import monotonic
-from typing import Any, Callable, Iterable, List
+from typing import Any, Callable, Iterable, List, Optional
 
 import rospy
 from nav_msgs.msg import Odometry
+from sensor_msgs.msg import LaserScan
 
 from ...errors import PioneerError
 from ...msg import Helm, MotorState, RobotInfo, SonarArray, Stall
@@ -14,6 +15,7 @@ from ..navigator import SLOW_LINE, Readiness
 from ..senses import SHORTEST, Senses
 from ..steady_time import SteadyTime
 from ..values import Sensing
+from .laser_watch import LaserState, LaserWatch
 from .messages import pose_of
 
 INFO_PATIENCE = 10.0
@@ -27,6 +29,8 @@ SLOWEST_LINE = 0.15
 difference is not noticed: at 0.4 m/s the robot then stops up to 6 cm off."""
 JUMP_QUIET = 10.0
 """Time (s) after the log has told of a jump of time in which it tells only of one more than twice as long."""
+OFF = LaserState("off: the parameter use_laser is false", False)
+"""What people are told where no laser is listened to."""
 
 
 class Hearing:
@@ -36,19 +40,22 @@ class Hearing:
         numbers: the fitted transducers.
         lock: held while a message is taken.
         on_sensed: called with the lock held for what was sensed, oldest first. Usually it is one.
+        place_of: returns the transform of a laser's frame on the robot; None: no laser is listened to.
 
     Attributes:
         readiness: whether the robot may move, how late its messages are, and how long they need.
         heard_at: when something new was sensed last (monotonic, s).
     """
 
-    def __init__(self, numbers: Iterable[int], lock: Any, on_sensed: Callable[[List[Sensing]], None]):
+    def __init__(self, numbers: Iterable[int], lock: Any, on_sensed: Callable[[List[Sensing]], None],
+                 place_of: Optional[Callable[[str], Any]] = None):
         self.readiness = Readiness()
         self.heard_at = self._came_at = self._ticked_at = monotonic()
         self._said_at = {"sonar": self._came_at, "pose": self._came_at}
         self._delay = Delay()
         self._time, self._newest, self._quiet_until, self._told_jump = SteadyTime(), 0.0, 0.0, 0.0
         self._senses, self._lock, self._on_sensed = Senses(numbers), lock, on_sensed
+        self._laser = LaserWatch(self._senses, place_of) if place_of is not None else None
 
     def start(self) -> None:
         """Subscribe."""
@@ -57,6 +64,8 @@ class Hearing:
                 ("motor_state", MotorState, self._hear_motors, 1), ("stall", Stall, self._hear_stall, 1),
                 ("helm", Helm, self._hear_helm, 1)):
             rospy.Subscriber(name, kind, self._take, hear, queue_size=queue, tcp_nodelay=True)
+        if self._laser is not None:
+            rospy.Subscriber("scan", LaserScan, self._take, self._hear_scan, queue_size=WAITING, tcp_nodelay=True)
 
     def _take(self, message: Any, hear: Callable[[Any], None]) -> None:
         try:
@@ -84,6 +93,14 @@ class Hearing:
             return "no pose of the robot for %.1f s, but sonar" % seconds
         return "neither sonar nor pose of the robot for %.1f s" % seconds
 
+    def laser(self, by_laser: bool, makes_map: bool) -> LaserState:
+        """Return what to tell of the laser, see `LaserWatch.state`, and log it if it is news."""
+        if self._laser is None:
+            return OFF
+        state = self._laser.state(by_laser, makes_map)
+        self._laser.say(state)
+        return state
+
     def stamp_of(self, time: float) -> rospy.Time:
         """Return the stamp of a time (s) of what was sensed: the robot's own clock may have jumped since the start."""
         return rospy.Time.from_sec(max(0.0, time - self._time.offset))
@@ -93,6 +110,10 @@ class Hearing:
 
     def _hear_sonar(self, message: SonarArray) -> None:
         self._sensed(self._senses.hear_sonar(self._time_of(message, "sonar"), message.ranges))
+
+    def _hear_scan(self, message: LaserScan) -> None:
+        assert self._laser is not None
+        self._laser.hear(message, self._time.offset)
 
     def _time_of(self, message: Any, what: str) -> float:
         """Return the steady time (s) of a message, and tell people when its stamp jumps."""

@@ -3,6 +3,7 @@
 import math
 from typing import Any, Iterable, Optional, Sequence, Tuple
 
+import numpy as np
 from geometry_msgs.msg import (Point, Point32, Polygon, PolygonStamped, Pose2D, PoseArray, PoseStamped,
                                PoseWithCovariance, PoseWithCovarianceStamped, Quaternion, Transform, TransformStamped,
                                Vector3)
@@ -15,10 +16,17 @@ from ...floor_poses import Pose, compose, relative
 from ...maps import GridMap
 from ...message_values import heading_of, quaternion_of
 from ...robots import Transducer
+from ..values import LaserSweep
 from ..values import Point as Place
 
 LEAST_SPREAD = 0.05
 """Smallest standard deviation (m, rad) of a pose that somebody tells: nobody knows it more exactly."""
+LEVEL = math.cos(math.radians(6.0))
+"""Cosine of the angle by which a laser may lean: at 8 m its rays are then 0.8 m too high or too low."""
+FULL_TURN = 2.0 * math.pi + 0.1
+"""Widest scan (rad)."""
+LONGEST_SCAN = 1.0
+"""Longest time (s) from the first ray of a scan to its last."""
 UPRIGHT = 0.1
 """How far the length of a quaternion may differ from 1; RViz and programs send unit quaternions."""
 
@@ -49,6 +57,61 @@ def pose_of_transform(transform: Any) -> Pose:
     """Return where a geometry_msgs/Transform of tf places a frame on the floor."""
     turn = transform.rotation
     return Pose(transform.translation.x, transform.translation.y, heading_of(turn.x, turn.y, turn.z, turn.w))
+
+
+def mount_of(transform: Any) -> Tuple[Pose, bool]:
+    """Return where a geometry_msgs/Transform places a laser on its robot, and whether it is upside down there.
+
+    A laser that is upside down, and says so in tf, measures clockwise.
+
+    Raises:
+        UsageError: it looks up or down: then it meets no walls, or the floor.
+    """
+    turn = transform.rotation
+    up = 1.0 - 2.0 * (turn.x * turn.x + turn.y * turn.y)        # z of the laser's z axis
+    if not abs(up) >= LEVEL:        # also if it is not a number
+        raise UsageError("the laser leans by %.0f degrees: only one that looks along the floor is of use"
+                         % math.degrees(math.acos(min(1.0, abs(up)))))
+    ahead = (1.0 - 2.0 * (turn.y * turn.y + turn.z * turn.z), 2.0 * (turn.x * turn.y + turn.z * turn.w))
+    return Pose(transform.translation.x, transform.translation.y, math.atan2(ahead[1], ahead[0])), bool(up < 0.0)
+
+
+def sweep_of(message: Any, mount: Pose, upside_down: bool, offset: float) -> LaserSweep:
+    """Return a sensor_msgs/LaserScan as what a laser measured. Ranges beyond its limits are none (REP 117).
+
+    Args:
+        message: the scan.
+        mount: where the laser is on the robot.
+        upside_down: it is upside down there.
+        offset: what to add to its stamp for its time (s).
+
+    Raises:
+        UsageError: its numbers do not fit together, or are not finite.
+    """
+    ranges = np.asarray(message.ranges, dtype=np.float32)
+    first, step, count = message.angle_min, message.angle_increment, len(ranges)
+    numbers = {"angle_min": first, "angle_max": message.angle_max, "angle_increment": step,
+               "time_increment": message.time_increment}
+    for name, value in numbers.items():
+        if not math.isfinite(value):
+            raise UsageError("%s of a scan is %g: it must be a finite number" % (name, value))
+    if count < 2 or not 0.0 < abs(step) * (count - 1) <= FULL_TURN:
+        raise UsageError("a scan has %d ranges, %g rad apart: it must have at least 2, within one turn" % (count, step))
+    if abs(first + (count - 1) * step - message.angle_max) > 1.5 * abs(step):
+        raise UsageError("a scan has %d ranges, but from angle_min %.4g to angle_max %.4g in steps of %.4g there are %d"
+                         % (count, first, message.angle_max, step, round((message.angle_max - first) / step) + 1))
+    duration = message.time_increment * (count - 1)
+    if not 0.0 <= duration <= LONGEST_SCAN:
+        raise UsageError("a scan says that it took %.3g s (time_increment %.3g): from 0 to %g are legal"
+                         % (duration, message.time_increment, LONGEST_SCAN))
+    if not message.range_min < message.range_max:       # also if one is not a number
+        raise UsageError("a scan has range_min %g and range_max %g: the second must be more"
+                         % (message.range_min, message.range_max))
+    with np.errstate(invalid="ignore"):
+        ranges = np.where(ranges < max(message.range_min, 0.0), np.nan, ranges)
+        ranges = np.where(ranges > message.range_max, np.inf, ranges)
+    side = -1.0 if upside_down else 1.0
+    return LaserSweep(message.header.stamp.to_sec() + offset, duration, mount, side * first, side * step, ranges)
 
 
 def odom_on_map(pose: Pose, odometry: Pose, frame: str, odom_frame: str, stamp: Any) -> TransformStamped:

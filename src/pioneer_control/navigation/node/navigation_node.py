@@ -1,4 +1,5 @@
-"""The node of navigation: it knows where the robot is, makes a map, and drives to goals, with sonar alone.
+"""The node of navigation: it knows where the robot is, makes a map, and drives to goals, with sonar, and
+with a laser where there is one.
 
 The names are those of amcl, map_server and move_base, so that programs and RViz work with it unchanged. They are
 relative to the namespace of the robot. docs/navigation.md has all of them.
@@ -94,10 +95,11 @@ class NavigationNode:
         self._written: Set[str] = set()     # files of maps
         self._goals = GoalServer(self._accept_goal, self._cancel, self._refuses)
         self._lock = self._goals.lock
-        self._hearing = Hearing(info.sonar_numbers, self._lock, self._sense)
+        self._tf_watch, self._tf_trouble = TfWatch(parameters.odom_frame, parameters.base_frame), ""
+        self._hearing = Hearing(info.sonar_numbers, self._lock, self._sense,
+                                self._place_of if parameters.use_laser else None)
         self._telling = Telling(self._pilot, parameters, chassis.outline)
         self._keeper = PlaceKeeper(floor, parameters.map, self._frame, self._here)
-        self._tf_watch, self._tf_trouble = TfWatch(parameters.odom_frame, parameters.base_frame), ""
 
     def _with_own_brakes(self, numbers: NavigationNumbers) -> NavigationNumbers:
         """Return the numbers to drive with: another driver lends no accelerations, then the robot has its own."""
@@ -176,6 +178,10 @@ class NavigationNode:
                 self._saver.hear(sensing.odometry)
         self._follow(step)
 
+    def _place_of(self, frame: str) -> Any:
+        """Return the transform of a frame on the robot."""
+        return self._tf_watch.transform(frame, self._parameters.base_frame)
+
     def _without_news(self, silence: float) -> PilotStep:
         """Return what to do after so long (s) without anything new of the robot: stand."""
         step = self._pilot.silent(silence)
@@ -185,6 +191,7 @@ class NavigationNode:
         """Drive, and tell everybody."""
         self._drive(step)
         stamp = self._hearing.stamp_of(step.time)
+        self._telling.laser = self._hearing.laser(step.where is not None and step.where.by_laser, self._pilot.makes_map)
         self._telling.tell(step, stamp)
         if step.state is State.REACHED:
             self._goals.reached(step.reason)

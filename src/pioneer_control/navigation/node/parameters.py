@@ -41,6 +41,7 @@ class NavigationParameters:
     max_linear: float = parameter(0.4, Number(0.05, 0.75), "greatest speed to a goal", "m/s")
     max_angular: float = parameter(
         1.745, Number(0.1, 2.0), "greatest turn rate to a goal; while it makes a map 1.2 at most", "rad/s")
+    use_laser: bool = parameter(True, Switch(), "use the scans of a laser, as soon as the topic scan has some")
     seed: int = parameter(0, Whole(0), "of what chance decides: particles are drawn")
     accept_replay: bool = parameter(False, Switch(), "obey goals that `rosbag play` publishes")
     global_frame_id: str = parameter("map", Text(slash=False), "frame of the map")

@@ -8,6 +8,7 @@ from std_msgs.msg import Header
 
 from ..navigator import State
 from ..pilot import PilotStep
+from .laser_watch import NO_LASER, LaserState
 
 PERIOD = 1.0
 """Time (s) between two messages, as long as the level stays."""
@@ -23,14 +24,15 @@ class StatusReport:
         self._name = "%s: Navigation" % rospy.get_name().lstrip("/")
         self._told: Tuple[Optional[int], float] = None, 0.0
 
-    def publish(self, step: PilotStep, tf_trouble: str, now: float) -> None:
-        """Publish what a step and `tf_trouble` say, if it is time. `now` is monotonic (s)."""
-        level, text = judged(step, tf_trouble)
+    def publish(self, step: PilotStep, tf_trouble: str, laser: LaserState, now: float) -> None:
+        """Publish what a step, `tf_trouble` and the laser say, if it is time. `now` is monotonic (s)."""
+        level, text = judged(step, tf_trouble, laser)
         before, told_at = self._told
         if level == before and now - told_at < PERIOD:
             return
         self._told = level, now
-        values = [KeyValue("state", step.state.value), KeyValue("reason", step.reason)]
+        values = [KeyValue("state", step.state.value), KeyValue("reason", step.reason),
+                  KeyValue("laser", laser.text)]
         if step.where is not None:
             pose = step.where.pose
             values += [KeyValue("x (m)", "%.3f" % pose.x), KeyValue("y (m)", "%.3f" % pose.y),
@@ -45,9 +47,9 @@ def late_text(late: float) -> str:
             " was silent; the robot drives slower near anything" % late)
 
 
-def judged(step: PilotStep, tf_trouble: str = "") -> Tuple[int, str]:
+def judged(step: PilotStep, tf_trouble: str = "", laser: LaserState = NO_LASER) -> Tuple[int, str]:
     """Return the level of a step and its text: a warning while the robot is lost, waits, or has given up, while
-    somebody else tells tf where it is, and while it reacts late.
+    somebody else tells tf where it is, while it reacts late, and while its laser is of no use.
     """
     if step.where is not None and not step.where.sure:
         return DiagnosticStatus.WARN, step.where.reason
@@ -57,4 +59,6 @@ def judged(step: PilotStep, tf_trouble: str = "") -> Tuple[int, str]:
         return DiagnosticStatus.WARN, tf_trouble
     if step.late > LATE:
         return DiagnosticStatus.WARN, late_text(step.late)
+    if laser.trouble:
+        return DiagnosticStatus.WARN, "laser: %s" % laser.text
     return DiagnosticStatus.OK, "%s: %s" % (step.state.value, step.reason)

@@ -12,6 +12,7 @@ from ...msg import Navigation
 from ..localisation import Where
 from ..navigator import State, kind_of
 from ..pilot import Pilot, PilotStep
+from .laser_watch import NO_LASER
 from .messages import (cloud_message, footprint_message, header_of, map_message, odom_on_map, path_message, pose2d,
                        pose_with_covariance)
 from .parameters import NavigationParameters
@@ -37,6 +38,7 @@ class Telling:
 
     Attributes:
         tf_trouble: who else tells tf where this robot is, for people; empty when nobody does.
+        laser: what to tell of the laser.
     """
 
     def __init__(self, pilot: Pilot, parameters: NavigationParameters, outline: Any):
@@ -56,7 +58,7 @@ class Telling:
         self._status = StatusReport()
         self._due = dict.fromkeys(PERIODS, 0.0)
         self._planned = False
-        self.tf_trouble = ""
+        self.tf_trouble, self.laser = "", NO_LASER
         self._said: Any = None
         self._told: Any = None
         self.tell_map()
@@ -88,7 +90,7 @@ class Telling:
             self._plan.publish(path_message(step.plan, self._frame, stamp))
         if self._pilot.makes_map and self._is_due("map"):
             self.tell_map()
-        self._status.publish(step, self.tf_trouble, monotonic())
+        self._status.publish(step, self.tf_trouble, self.laser, monotonic())
         if step.late > LATE:
             rospy.logwarn_throttle(LATE_PERIOD, late_text(step.late))
         said = step.state, kind_of(step.reason)     # the same with another number is no news

@@ -87,8 +87,16 @@ class TfWatch:
         trouble = self.trouble()
         if trouble:
             raise UsageError("where its frame %r is nobody knows for sure: %s" % (frame, trouble))
+        return pose_of_transform(self.transform(frame, parent))
+
+    def transform(self, frame: str, parent: str) -> Any:
+        """Return where a frame is in another one, also where several nodes publish: the newest of them counts.
+
+        Raises:
+            UsageError: nobody says so.
+        """
         try:
-            return pose_of_transform(self._buffer.lookup_transform(parent, frame, rospy.Time(0)).transform)
+            return self._buffer.lookup_transform(parent, frame, rospy.Time(0)).transform
         except tf2_ros.TransformException:
             raise UsageError("nobody says where its frame %r is in %r" % (frame, parent)) from None
 
