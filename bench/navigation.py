@@ -1,11 +1,12 @@
 #!/usr/bin/python3
-"""How well a robot with nothing but sonar navigates: simulated robots in drawn worlds, without ROS.
+"""How well a robot with nothing but sonar, or with a laser, too, navigates: simulated robots in drawn worlds, without ROS.
 
     python3 bench/navigation.py localise                            # known start, unknown start, carried away
     python3 bench/navigation.py localise --seeds 1000-1011 --start unknown --specular 20 --picture /tmp/lost
     python3 bench/navigation.py map --minutes 6                     # by true poses, by odometry, by its own
     python3 bench/navigation.py begin                               # time and memory to begin on a large map
     python3 bench/navigation.py drive --walkers 1                   # to goals, past people and what is on no map
+    python3 bench/navigation.py drive --laser                       # the same with a laser; also localise, carried
     python3 bench/navigation.py carried                             # carried away on the way to a goal
     python3 bench/navigation.py explore --picture /tmp/explored     # where its map ends, then home
 

@@ -113,6 +113,23 @@ class Sense:
         self.new_way += straight + self._turn_as_way * self.looks.new_part(odometry, step.heading)
 
 
+class LaserSense(Sense):
+    """A laser in use, from its first scan on.
+
+    Attributes:
+        scan: the newest scan, until it is weighed.
+        scanned: when it came (s).
+    """
+
+    scan: Optional[Scan] = None
+    scanned = -math.inf
+
+    def forget(self) -> None:
+        """As `Sense.forget`; a scan that is not weighed yet is forgotten, too."""
+        super().forget()
+        self.scan = None
+
+
 class Localisation:
     """Localises one robot on one map. The same values with the same seed give the same poses.
 
@@ -137,11 +154,10 @@ class Localisation:
         self._map, self._tuned, self._laser_tuned = grid_map, tuned, laser_tuned
         self._luck = np.random.default_rng(seed)
         self._places = standing_room(grid_map, tuned.clearance)
-        self._sonar = self._sense(RangeModel(grid_map, SONAR_BEAM, SONAR_NUMBERS, tuned.map_bias), tuned.weight, 1.0)
+        sonar = RangeModel(grid_map, SONAR_BEAM, SONAR_NUMBERS, tuned.map_bias)
+        self._sonar = Sense(sonar, self._search_with(sonar), tuned.weight, 1.0, tuned)
         self._main = self._sonar        # the sense that searches and judges
-        self._laser: Optional[Sense] = None     # until the first scan
-        self._scan: Optional[Scan] = None       # the newest one, until it is weighed
-        self._scanned = -math.inf       # time (s) of the newest one
+        self._laser: Optional[LaserSense] = None    # until the first scan
         self._cloud = PoseCloud(tuned, self._luck)
         self._firing_poses = FiringPoses(transducers)
         self._certainty = Certainty(tuned)
@@ -154,9 +170,8 @@ class Localisation:
         self.where: Optional[Where] = None
         self.unknown_start()
 
-    def _sense(self, model: Union[RangeModel, LaserField], weight: float, evidence: float) -> Sense:
-        search = PoseSearch(model, self._places, len(self._places) * self._map.resolution ** 2, self._tuned, self._luck)
-        return Sense(model, search, weight, evidence, self._tuned)
+    def _search_with(self, model: Union[RangeModel, LaserField]) -> PoseSearch:
+        return PoseSearch(model, self._places, len(self._places) * self._map.resolution ** 2, self._tuned, self._luck)
 
     @property
     def particles(self) -> Array:
@@ -182,7 +197,6 @@ class Localisation:
     def _hear_anew(self) -> None:
         """What was heard up to now tells nothing about where the robot is."""
         self._firing_poses.forget()
-        self._scan = None
         for sense in (self._sonar, self._laser):
             if sense is not None:
                 sense.forget()
@@ -201,10 +215,11 @@ class Localisation:
             self._packets = 0
             beams = self._firing_poses.beams(self._sonar.model.number_of)
             return self._take(self._sonar, beams, sensing.time)
-        if self._laser is not None and self._scan is not None:
-            beams = scan_beams(self._scan, sensing.odometry, self._laser.model.number_of, self._laser_tuned.rays)
-            self._scan = None
-            return self._take(self._laser, beams, sensing.time)
+        laser = self._laser
+        if laser is not None and laser.scan is not None:
+            beams = scan_beams(laser.scan, sensing.odometry, laser.model.number_of, self._laser_tuned.rays)
+            laser.scan = None
+            return self._take(laser, beams, sensing.time)
         self._look_everywhere(sensing.time)
         self.where = self.where._replace(time=sensing.time, pose=self._pose, sure=self._certainty.sure,
                                          reason=self._certainty.reason)
@@ -212,13 +227,15 @@ class Localisation:
 
     def _hear_laser(self, sensing: Sensing) -> None:
         """Keep the newest scan. The laser tells more than sonar: while scans come, it searches and judges."""
+        laser, numbers = self._laser, self._laser_tuned
         if sensing.scan is not None:
-            self._scan, self._scanned = sensing.scan, sensing.time
-            if self._laser is None:
-                numbers = self._laser_tuned
-                self._laser = self._sense(LaserField(self._map, numbers), numbers.weight, numbers.evidence)
-            self._change_main(self._laser)
-        elif sensing.time - self._scanned > self._laser_tuned.patience:
+            if laser is None:
+                field = LaserField(self._map, numbers)
+                laser = self._laser = LaserSense(field, self._search_with(field), numbers.weight, numbers.evidence,
+                                                 self._tuned)
+            self._change_main(laser)
+            laser.scan, laser.scanned = sensing.scan, sensing.time
+        elif laser is not None and sensing.time - laser.scanned > numbers.patience:
             self._change_main(self._sonar)
 
     def _change_main(self, sense: Sense) -> None:
@@ -226,7 +243,6 @@ class Localisation:
             self._main.forget()
             sense.forget()
             self._main = sense
-            self._sonar.weight = self._tuned.weight * (1.0 if sense is self._sonar else self._laser_tuned.sonar_weight)
             self._certainty.change_sense()
 
     def _move(self, odometry: Pose, time: float) -> None:

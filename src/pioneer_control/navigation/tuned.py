@@ -66,8 +66,6 @@ class LaserNumbers:
     evidence: float = parameter(
         0.2, Number(0.0, 1.0), "what a ray counts when readings are counted that the pose explains; a sonar reading"
         " counts 1")
-    sonar_weight: float = parameter(
-        1.0, Number(0.0, 1.0), "with a laser, what sonar readings count besides; without, they count 1")
     patience: float = parameter(
         1.0, Number(0.1, 60.0), "so long after the last scan the robot goes on by sonar alone", "s")
 
