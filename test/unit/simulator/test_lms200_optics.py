@@ -22,7 +22,7 @@ STILL = replace(TYPICAL, bias=0.0, noise=0.0)
 
 
 def measured(optics, plan=ONE_DEGREE, pose_at=ORIGIN, begin=0.0):
-    return optics.measure(plan, begin, pose_at)
+    return optics.measure(plan, begin, pose_at).distances
 
 
 def many(world, numbers=STILL, count=300, seed=0):

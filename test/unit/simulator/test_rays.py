@@ -9,6 +9,7 @@ import pytest
 from pioneer_control.simulator.simulation import Simulation
 from pioneer_control.simulator.world import Can, World, load_world
 from pioneer_control.simulator.world.echoes import echo
+from pioneer_control.simulator.world.materials import Material
 from pioneer_control.simulator.world.poses import unit
 from pioneer_control.simulator.world.rays import LightRays, RayCaster
 from pioneer_control.simulator.world.world import Walk
@@ -23,28 +24,29 @@ def cast(world, angles, x=0.0, y=0.0, maximum=80.0, carrier=None):
 
 
 def one(world, angle=0.0, **options):
-    """Return distance, cosine and on_body of one ray."""
-    return tuple(each[0] for each in cast(world, [angle], **options))
+    """Return the distance of one ray, the cosine of its slant, and the material that it meets."""
+    distance, normal_x, normal_y, material = (each[0] for each in cast(world, [angle], **options))
+    return distance, abs(normal_x * math.cos(angle) + normal_y * math.sin(angle)), material
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.3, -1.2, 1.5, -1.5])
 def test_a_wall(angle):
-    distance, cosine, on_body = one(World("wall", walls=[(2.0, -100.0, 2.0, 100.0)]), angle)
+    distance, cosine, material = one(World("wall", walls=[(2.0, -100.0, 2.0, 100.0)]), angle)
     assert distance == pytest.approx(2.0 / math.cos(angle)) and cosine == pytest.approx(math.cos(angle))
-    assert not on_body
+    assert material == Material.PLAIN
 
 
 def test_no_wall():
-    assert one(World("nothing")) == (math.inf, 0.0, False)
-    assert one(World("behind", walls=[(-2.0, -1.0, -2.0, 1.0)])) == (math.inf, 0.0, False)
-    assert one(World("beside", walls=[(2.0, 0.1, 2.0, 1.0)])) == (math.inf, 0.0, False)
+    assert one(World("nothing")) == (math.inf, 0.0, Material.PLAIN)
+    assert one(World("behind", walls=[(-2.0, -1.0, -2.0, 1.0)])) == (math.inf, 0.0, Material.PLAIN)
+    assert one(World("beside", walls=[(2.0, 0.1, 2.0, 1.0)])) == (math.inf, 0.0, Material.PLAIN)
     assert one(World("along", walls=[(2.0, 0.0, 4.0, 0.0)]))[0] == math.inf
 
 
 def test_farther_than_the_longest_ray():
     world = World("wall", walls=[(5.0, -1.0, 5.0, 1.0)])
     assert one(world, maximum=5.01)[0] == 5.0
-    assert one(world, maximum=4.99) == (math.inf, 0.0, False)
+    assert one(world, maximum=4.99) == (math.inf, 0.0, Material.PLAIN)
 
 
 def test_a_post():
@@ -111,10 +113,11 @@ def test_robots_and_people_are_seen_and_the_carrier_is_not():
                                   walks=[Walk(path=((0.0, 5.0), (0.0, 6.0)))]))
     first, second = (simulation.add(find_model("p3dx-sh")) for _ in range(2))
     world, body = simulation.world, first.hardware.body
-    distance, cosine, on_body = one(world, carrier=body)
-    assert on_body and 2.6 < distance < 3.0 and cosine == pytest.approx(1.0)
-    assert one(world, math.pi / 2, carrier=body)[0] == pytest.approx(5.0 - simulation.people[0].reach)
-    assert one(world, carrier=body, x=4.0)[::2] == (5.0, False)
+    distance, cosine, material = one(world, carrier=body)
+    assert material == Material.ROBOT and 2.6 < distance < 3.0 and cosine == pytest.approx(1.0)
+    to_person = pytest.approx(5.0 - simulation.people[0].reach)
+    assert one(world, math.pi / 2, carrier=body)[::2] == (to_person, Material.PERSON)
+    assert one(world, carrier=body, x=4.0)[::2] == (5.0, Material.PLAIN)
     assert one(world)[0] < 0.4, "another one would see the carrier"
     assert second.hardware.body is not body
 
@@ -122,4 +125,4 @@ def test_robots_and_people_are_seen_and_the_carrier_is_not():
 def test_a_body_behind_a_wall_is_hidden():
     simulation = Simulation(World("floor", starts=[(0, 0, 0), (3, 0, 0)], walls=[(1, -1, 1, 1)]))
     first, _ = (simulation.add(find_model("p3dx-sh")) for _ in range(2))
-    assert one(simulation.world, carrier=first.hardware.body)[::2] == (1.0, False)
+    assert one(simulation.world, carrier=first.hardware.body)[::2] == (1.0, Material.PLAIN)

@@ -24,6 +24,15 @@ def test_an_override_changes_what_it_names(tmp_path):
     assert numbers.session.watchdog_ms == 500
 
 
+def test_numbers_of_a_laser(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text("laser: {rays: 1, skew: false, needed_reflectivity: [[0, 0], [80, 1]], glass_angle_deg: 0}\n")
+    laser = load_numbers(str(path)).laser
+    assert (laser.rays, laser.skew, laser.needed_reflectivity) == (1, False, ((0.0, 0.0), (80.0, 1.0)))
+    assert laser.noise == load_numbers().laser.noise == 0.005
+    assert load_numbers().laser.needed_reflectivity[0] == (4.0, 0.018)
+
+
 def test_real_numbers_differ_by_seed_within_their_ranges():
     drawn = [real_numbers(load_numbers(), seed) for seed in range(200)]
     for name, most in REAL_RANGES.items():
@@ -64,6 +73,13 @@ def test_a_user_s_file_wins_over_real_numbers(tmp_path):
     ("session: {host_baud: 4800}", "session.host_baud is 4800: give one of 9600, 19200"),
     ("gripper: {fitted_by_default: p3dx-sh}", "fitted_by_default is 'p3dx-sh': give a list of texts"),
     ("gripper: {fitted_by_default: [3]}", r"fitted_by_default is \[3\]: give a list of texts"),
+    ("laser: {rays: 2}", "laser.rays is 2: give an odd number from 1 to 9"),
+    ("laser: {skew: 1}", "laser.skew is 1"),
+    ("laser: {stray: 1.1}", "laser.stray is 1.1: give a number from 0 to 1"),
+    ("laser: {noise: .nan}", "laser.noise is nan"),
+    ("laser: {needed_reflectivity: 0.1}", "needed_reflectivity is 0.1: give a list of two or more pairs"),
+    ("laser: {needed_reflectivity: [[1, 2]]}", "needed_reflectivity is .*: give a list of two or more pairs"),
+    ("laser: {needed_reflectivity: [[4, 0.1], [3, 0.2]]}", "in increasing order"),
     ("sonar: 5", "expected sections"),
     ("- 1", "expected sections"),
     ("{", "does not parse"),

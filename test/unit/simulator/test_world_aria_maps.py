@@ -7,6 +7,7 @@ import pytest
 from robot_on_bench import heard
 from pioneer_control.errors import WorldError
 from pioneer_control.simulator.world import load_world
+from pioneer_control.simulator.world.materials import Material
 
 GOLDEN = """\
 2D-Map
@@ -183,4 +184,5 @@ def test_boxes_are_known_as_such_and_reflectors_are_not(tmp_path):
     path.write_text("2D-Map\n" + BOX + "1000 1000 2000 3000\n" + BOX + "0 0 0 500\n" + reflector)
     world = load_world(path)
     assert world.boxes == [((1.0, 1.0), (2.0, 1.0), (2.0, 3.0), (1.0, 3.0))] and len(world.walls) == 4 + 2 + 1
+    assert world.materials == [Material.PLAIN] * 6 + [Material.REFLECTOR]
     assert world.with_start((0.0, 0.0, 0.0)).boxes == world.boxes

@@ -10,6 +10,7 @@ from pioneer_control.errors import WorldError
 from pioneer_control.robots import find_model, load_table
 from pioneer_control.simulator.world import World, known_worlds, load_world
 from pioneer_control.simulator.world.free_space import room
+from pioneer_control.simulator.world.materials import Material
 from pioneer_control.simulator.world.world import Furniture, MarkedPlace, Walk
 
 EVERYTHING = """\
@@ -83,6 +84,26 @@ def test_every_section_and_key(tmp_path):
     assert world.with_start((0.0, 0.0, 0.0)).walks == world.walks
     assert world.skipped == ()
     assert world.bounds == pytest.approx((-diagonal, -diagonal, 4.0, 3.0))
+
+
+def test_what_things_are_made_of(tmp_path):
+    path = tmp_path / "hall.yaml"
+    path.write_text("""
+starts: [{position_m: [0, 0], heading_deg: 0}]
+walls:
+  - {corners_m: [[2, 0], [3, 0], [3, 1]], material: glass}
+  - {corners_m: [[4, 0], [5, 0]]}
+boxes: [{centre_m: [7, 0], size_m: [1, 1], material: mirror}]
+posts: [{centre_m: [0, 3], diameter_m: 0.2, material: reflector}]
+unmapped: {posts: [{centre_m: [0, 4], diameter_m: 0.2, material: dark}], boxes: []}
+""")
+    world = load_world(path)
+    glass, mirror, reflector = Material.GLASS, Material.MIRROR, Material.REFLECTOR
+    assert world.materials == [glass, glass, Material.PLAIN, *[mirror] * 4, reflector]
+    assert world.solids.materials.tolist() == [*world.materials, Material.DARK]
+    path.write_text(START + "walls: [{corners_m: [[0, 0], [1, 0]], material: robot}]\n")
+    with pytest.raises(WorldError, match="material is 'robot'; it must be one of plain, dark, glass, mirror"):
+        load_world(path)
 
 
 def test_only_a_start_is_needed(tmp_path):

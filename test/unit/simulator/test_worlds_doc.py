@@ -4,12 +4,15 @@ import dataclasses
 import pathlib
 import re
 
+import numpy as np
 import pytest
 import yaml
 
 from pioneer_control.errors import ParameterError
+from pioneer_control.parameters import Switch
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.world.aria_map import OBJECTS
+from pioneer_control.simulator.world.materials import BUILT
 from pioneer_control.simulator.world import known_worlds, load_world, standing_places
 from pioneer_control.simulator.hardware.robot_numbers import LEGAL, load_numbers, standard_numbers
 
@@ -37,6 +40,29 @@ def test_the_example_of_numbers_loads(tmp_path):
     path.write_text(EXAMPLES[1], encoding="utf-8")
     numbers = load_numbers(str(path))
     assert (numbers.wheels.right_larger, numbers.sonar.specular_deg) == (0.004, 40)
+
+
+def test_the_table_of_the_lasers_numbers():
+    rows = dict((name, rest) for name, *rest in re.findall(
+        r"^\| `laser\.(\w+)` \| (.*?) \| (.*?) \|", TEXT, re.MULTILINE))
+    numbers = standard_numbers().laser
+    assert list(rows) == [field.name for field in dataclasses.fields(numbers)]
+    for name, (default, legal) in rows.items():
+        check = LEGAL.get("laser.%s" % name, Switch())
+        assert name == "needed_reflectivity" or getattr(numbers, name) == yaml.safe_load(default), name
+        assert name == "needed_reflectivity" or check.legal.replace("a number from ", "") == legal, name
+
+
+def test_the_table_of_materials():
+    told = re.findall(r"^\| `(\w+)` \| (?:a wall as usual|black|a pane|the ray is|retro)", TEXT, re.MULTILINE)
+    assert told == list(BUILT)
+
+
+def test_how_far_what_is_dark_and_what_is_glass_are_seen():
+    numbers = standard_numbers().laser
+    for reflectivity, far in ((numbers.dark_reflectivity, 5.6), (numbers.glass_reflectivity, 7.0)):
+        needed = [float(np.interp(distance, *zip(*numbers.needed_reflectivity))) for distance in (far, far + 0.3)]
+        assert needed[0] <= reflectivity < needed[1]
 
 
 def test_the_table_of_numbers():

@@ -15,6 +15,6 @@ move together in fixed time steps.
 """
 
 from .hardware import Hardware
-from .robot_numbers import RobotNumbers, load_numbers, real_numbers, standard_numbers
+from .robot_numbers import LaserNumbers, RobotNumbers, load_numbers, real_numbers, standard_numbers
 
-__all__ = ["Hardware", "RobotNumbers", "load_numbers", "real_numbers", "standard_numbers"]
+__all__ = ["Hardware", "LaserNumbers", "RobotNumbers", "load_numbers", "real_numbers", "standard_numbers"]

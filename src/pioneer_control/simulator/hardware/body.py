@@ -8,6 +8,7 @@ from typing import List, Optional, Sequence, Tuple
 from ...robots import RobotModel
 from ..world.crowd import Candidate, Obstacle
 from ..world.geometry import Block, edges, outlines_meet
+from ..world.materials import Material
 from ..world.poses import Heading, Point, Pose, along_arc, hypot, placed, relative
 from ..world.pushing import make_way
 from ..world.world import World
@@ -46,11 +47,15 @@ class Body:
         contacts: how many times the body has run into an obstacle.
         touched_by_people: how many times a person has walked into the body while it stood.
         driven: distance (m) that the body has driven, forward and backward, without what it was carried.
+        carried: how many times a person has carried the body somewhere else.
+        material: what light finds at the body: a robot, or a robot with a laser that is on.
         blocked: whether an obstacle prevented the last step.
     """
 
     def __init__(self, world: World, outline: Sequence[Point], pose: Pose, hull: Optional[Sequence[Point]] = None):
         self._world = world
+        self.material = Material.ROBOT
+        self.carried = 0
         self.place(pose)
         self.begin_count()
         self._heading = Heading()
@@ -79,6 +84,7 @@ class Body:
     def carry(self, pose: Pose) -> None:
         """Put the body at `pose` (m, rad; map frame). What it meets there next counts as a new contact."""
         self.place(pose)
+        self.carried += 1
         self._contact_at = None
 
     def move(self, distance: float, turn: float) -> bool:

@@ -2,6 +2,7 @@
 
 import copy
 import functools
+import math
 import os
 import random
 from dataclasses import dataclass, replace
@@ -9,7 +10,7 @@ from typing import Any, Dict, Mapping, NamedTuple, Optional, Tuple, get_type_hin
 
 from ...errors import ParameterError
 from ...p2os import BAUD_RATES
-from ...parameters import Choice, Number, Switch, Text, Whole
+from ...parameters import Choice, Number, Numbers, Switch, Text, Whole
 from ...maps.yaml_nodes import read_values
 
 
@@ -43,6 +44,35 @@ class WholeList(NamedTuple):
 
 
 TICKS = WholeList(6, 0, 255)
+
+
+class Curve(NamedTuple):
+    """Checks a list of two or more pairs of numbers: x, which grows from pair to pair, and y. None is negative."""
+
+    legal: str = "a list of two or more pairs of numbers from 0 up, the first numbers in increasing order"
+
+    def accept(self, value: Any) -> Tuple[Tuple[float, float], ...]:
+        """Return the pairs. Raise ValueError if the value is no such list."""
+        pairs = [Numbers(2, 0.0, math.inf).accept(each) for each in (value if isinstance(value, list) else [])]
+        if len(pairs) < 2 or any(before[0] >= after[0] for before, after in zip(pairs, pairs[1:])):
+            raise ValueError
+        return tuple((x, y) for x, y in pairs)
+
+
+class Odd(NamedTuple):
+    """Checks an odd number."""
+
+    legal: str = "an odd number from 1 to 9"
+
+    def accept(self, value: Any) -> int:
+        """Return the number. Raise ValueError if it is not odd, or too large."""
+        number: int = Whole(1, 9).accept(value)
+        if number % 2 == 0:
+            raise ValueError
+        return number
+
+
+SHARE = Number(0, 1)
 LEGAL: Mapping[str, Any] = {
     "session.host_baud": Choice(tuple(BAUD_RATES)),
     "gyro.kind": Whole(0, 2),
@@ -62,6 +92,25 @@ LEGAL: Mapping[str, Any] = {
     "arm.autopark_s": Whole(0, 65535),
     "arm.grippark_s": Whole(0, 65535),
     **dict.fromkeys(("arm.home", "arm.minimum", "arm.centre", "arm.maximum", "arm.ticks_per_90_deg"), TICKS),
+    "laser.bias": Number(0, 1),
+    "laser.noise": Number(0, 1),
+    "laser.spot": Number(0, 1),
+    "laser.spot_growth": Number(0, 0.1),
+    "laser.rays": Odd(),
+    "laser.together": Number(0, 10),
+    "laser.pulse": Number(0, 10),
+    "laser.stray": SHARE,
+    "laser.stray_depth": Number(0, 10),
+    "laser.needed_reflectivity": Curve(),
+    "laser.farthest": Number(0.1, 80),
+    "laser.wall_reflectivity": Number(0, 100),
+    "laser.dark_reflectivity": Number(0, 100),
+    "laser.glass_reflectivity": Number(0, 100),
+    "laser.glass_angle_deg": Number(0, 90),
+    "laser.reflector_reflectivity": Number(0, 100),
+    "laser.body_reflectivity": Number(0, 100),
+    "laser.dazzle_distance": Number(0, 80),
+    "laser.dazzle_share": SHARE,
 }
 """Checks of some values. The type of the value in ``robot.yaml`` decides the check of all others; see `LEGAL_BY_TYPE`.
 """
@@ -167,6 +216,32 @@ class SonarNumbers:
 
 
 @dataclass(frozen=True)
+class LaserNumbers:
+    """Section ``laser`` of ``robot.yaml``."""
+
+    bias: float
+    noise: float
+    skew: bool
+    spot: float
+    spot_growth: float
+    rays: int
+    together: float
+    pulse: float
+    stray: float
+    stray_depth: float
+    needed_reflectivity: Tuple[Tuple[float, float], ...]
+    farthest: float
+    wall_reflectivity: float
+    dark_reflectivity: float
+    glass_reflectivity: float
+    glass_angle_deg: float
+    reflector_reflectivity: float
+    body_reflectivity: float
+    dazzle_distance: float
+    dazzle_share: float
+
+
+@dataclass(frozen=True)
 class GripperNumbers:
     """Section ``gripper`` of ``robot.yaml``."""
 
@@ -223,6 +298,7 @@ class RobotNumbers:
     drive: DriveNumbers
     wheels: WheelNumbers
     sonar: SonarNumbers
+    laser: LaserNumbers
     gripper: GripperNumbers
     battery: BatteryNumbers
     arm: ArmNumbers
@@ -254,7 +330,12 @@ def load_numbers(override_file: Optional[str] = None, real_seed: Optional[int] =
 
 def _with_tuples(entries: Mapping[str, Any]) -> Dict[str, Any]:
     """Return a section with tuples in place of its lists: nobody can change them."""
-    return {name: tuple(value) if isinstance(value, list) else value for name, value in entries.items()}
+    return {name: _as_tuple(value) for name, value in entries.items()}
+
+
+def _as_tuple(value: Any) -> Any:
+    """Return a list, and the lists in it, as tuples; all else as it is."""
+    return tuple(map(_as_tuple, value)) if isinstance(value, (list, tuple)) else value
 
 
 @functools.lru_cache(maxsize=None)

@@ -11,8 +11,10 @@ from ...errors import ParameterError
 from ...robots import LaserPlace
 from ..clock import Clock
 from ..firmware import Firmware
-from ..lms200 import TYPICAL, FirmwareNumbers, LaserFirmware, Optics, OpticsNumbers
+from ..hardware import LaserNumbers
+from ..lms200 import FirmwareNumbers, LaserFirmware, Optics
 from ..world import World
+from ..world.materials import Material
 from ..world.poses import Pose, along_arc, compose
 from .lines import PtyLine, ServedLine, TcpLine, host_and_port
 
@@ -38,13 +40,13 @@ class LaserPorts(NamedTuple):
             next ports. None: the first port after those of the robots, or `STANDARD_LASER_PORT` if they have none.
         pty: path of the link to a pseudo-terminal, instead of TCP. Those of several robots have their numbers at its
             end.
-        optics: how the lasers measure.
+        optics: how the lasers measure. None: as the numbers of each robot say (section ``laser`` of ``robot.yaml``).
         numbers: how they behave.
     """
 
     tcp: Union[int, str, None] = None
     pty: Optional[str] = None
-    optics: OpticsNumbers = TYPICAL
+    optics: Optional[LaserNumbers] = None
     numbers: FirmwareNumbers = NUMBERS
 
     def line_of(self, number: int, robots: int, robots_tcp: Union[int, str, None]) -> ServedLine:
@@ -133,10 +135,10 @@ class LaserBerth:
     def __init__(self, robot: Firmware, world: World, line: ServedLine, ports: LaserPorts, seed: str, now_us: int,
                  has_power: Callable[[], bool]):
         place = place_on(robot)
-        self.line, self._has_power = line, has_power
+        self.line, self._has_power, self._body = line, has_power, robot.hardware.body
         self.history = PoseHistory(robot, now_us)
         mirror = place.x, place.y, 0.0
-        optics = Optics(world, ports.optics, seed, robot.hardware.body, place.upside_down)
+        optics = Optics(world, ports.optics or robot.numbers.laser, seed, robot.hardware.body, place.upside_down)
         clock = Clock()
         clock.now_us = now_us
         self.laser = LaserFirmware(
@@ -162,6 +164,7 @@ class LaserBerth:
         else:
             self.laser.power_off()
         self.laser.run_to(now_us)
+        self._body.material = Material.LASER if self.laser.is_ready else Material.ROBOT
         for sent in self.laser.take_sent_with_speeds():
             self.line.baud = sent.baud
             self.line.write(sent.data)

@@ -14,7 +14,7 @@ laser sheet, `[inv]` marks numbers that are invented here.
 
 from .device import FirmwareNumbers
 from .firmware import LaserFirmware
-from .optics import PERFECT, TYPICAL, Optics, OpticsNumbers, PoseAt, moving, standing
+from .optics import PERFECT, TYPICAL, Measured, Optics, PoseAt, moving, standing
 
-__all__ = ["PERFECT", "TYPICAL", "FirmwareNumbers", "LaserFirmware", "Optics", "OpticsNumbers", "PoseAt",
-           "moving", "standing"]
+__all__ = ["PERFECT", "TYPICAL", "FirmwareNumbers", "LaserFirmware", "Measured", "Optics", "PoseAt", "moving",
+           "standing"]

@@ -197,11 +197,11 @@ class LaserDevice:
 
     def _measured(self, operation: Operation, plan: RayPlan, last_turn: int, values: slice) -> RawScan:
         begin_us = max(0, operation.turn_end_us(last_turn - plan.turns))
-        distances = self._optics.measure(plan, begin_us * 1e-6, self._pose_at)
+        measured = self._optics.measure(plan, begin_us * 1e-6, self._pose_at)
         configuration = self.eeprom.configuration
         indices = None
         if configuration.availability & Availability.INDICES:
             indices = Indices(last_turn % 256, operation.scans_sent % 256)
         operation.scans_sent += 1
         mode = MEASURING_MODES[configuration.measuring_mode]
-        return RawScan(raw_values(distances, mode, configuration.unit)[values], configuration.unit, indices=indices)
+        return RawScan(raw_values(measured, mode, configuration.unit)[values], configuration.unit, indices=indices)

@@ -2,23 +2,26 @@
 
 A ray is not a line: where it ends, it makes a spot, some centimetres wide. If the spot lies on two surfaces, the laser
 may measure a distance between them. And a surface returns only a part of the light, less at a slant, so that dark or
-far surfaces are not seen.
+far surfaces are not seen. Through glass, and in mirrors, it sees what is behind or before them.
 
 Lengths are in metres, angles in radians.
 """
 
 import functools
+import math
 import random
-from dataclasses import dataclass, replace
-from typing import Callable, Optional, Tuple, Union
+from dataclasses import replace
+from typing import Callable, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 
+from ..hardware import LaserNumbers, standard_numbers
 from ..world import World
 from ..world.crowd import Obstacle
 from ..world.geometry import Array
+from ..world.materials import Material
 from ..world.poses import Heading, Pose, along_arc, unit
-from ..world.rays import LightRays, RayCaster
+from ..world.rays import LightRays, RayCaster, RayEnds
 from .ray_plans import RayPlan
 
 PoseAt = Callable[[float], Pose]
@@ -29,50 +32,44 @@ milliseconds ago.
 """
 
 
-@dataclass(frozen=True)
-class OpticsNumbers:
-    """How a laser measures."""
-
-    bias: float
-    """Largest constant error (m), to either side. One value is drawn for each run. Sheet part 5: 15 mm for an LMS200
-    in millimetres."""
-    noise: float
-    """Standard deviation (m) of the normal error of each value. Sheet part 5: 5 mm to 8 m."""
-    spot: float
-    """Diameter (m) of the spot at the laser. Sheet part 5: 12 mm."""
-    spot_growth: float
-    """Metres by which the diameter of the spot grows per metre. Sheet part 5: 4.4 mrad."""
-    rays: int
-    """Rays across the spot, odd. Sheet part 5: 3 [inv]."""
-    together: float
-    """Depth (m) up to which what a spot hits counts as one surface. Sheet part 5: 0.1 [inv]."""
-    pulse: float
-    """Depth (m) from which two surfaces are told apart: half the length of a light pulse. Sheet part 5: about 1 m."""
-    stray: float
-    """Share of the mixed values that lie outside of the two surfaces. Sheet part 5: 5 % [inv]."""
-    stray_depth: float
-    """How far (m) outside they lie at most. Sheet part 5: 0.1 m [inv]."""
-    needed_reflectivity: Tuple[Tuple[float, float], ...]
-    """Pairs of a distance (m) and the reflectivity (1 is all light) that a surface needs there; between, in proportion.
-    Sheet part 5: read off a graph; at 5.5, 7 and 80 m by the sheet's formula."""
-    wall_reflectivity: float
-    """Reflectivity of all walls and posts; the world knows none. Grey PVC has 50 % (sheet part 5); for walls [inv]."""
-    body_reflectivity: float
-    """Reflectivity of robots and people [inv]: between black and grey card (sheet part 5: 10 and 20 %)."""
-    farthest: float
-    """Longest distance (m). Sheet 1.5: to 80 m."""
-
-
-TYPICAL = OpticsNumbers(
-    bias=0.015, noise=0.005, spot=0.012, spot_growth=0.0044, rays=3, together=0.1, pulse=1.0, stray=0.05,
-    stray_depth=0.1,
-    needed_reflectivity=((4.0, 0.018), (5.5, 0.0285), (7.0, 0.047), (10.0, 0.1), (14.0, 0.2), (21.0, 0.5), (27.0, 0.8),
-                         (30.0, 1.0), (80.0, 7.9)),
-    wall_reflectivity=0.5, body_reflectivity=0.15, farthest=80.0)
-"""An LMS200."""
-PERFECT = replace(TYPICAL, bias=0.0, noise=0.0, spot=0.0, spot_growth=0.0, rays=1,
-                  needed_reflectivity=((0.0, 0.0),))
+TYPICAL = standard_numbers().laser
+"""An LMS200, as ``robot.yaml`` has it."""
+PERFECT = replace(TYPICAL, bias=0.0, noise=0.0, spot=0.0, spot_growth=0.0, rays=1, dazzle_share=0.0,
+                  needed_reflectivity=((0.0, 0.0), (1.0, 0.0)))
 """A laser without errors: each ray is a line, and sees everything up to 80 m. Only the unit of a telegram rounds."""
+
+MOST_LEGS = 6
+"""So often a ray goes through glass, or is reflected, at most. Then it is lost."""
+LEAVE = 1e-6
+"""Distance (m) that a ray goes on from a pane or a mirror, so that it does not meet the same one again."""
+
+
+class Measured(NamedTuple):
+    """The values of a scan, one for each ray. All are arrays.
+
+    Attributes:
+        distances: in metres; infinite where no echo came back.
+        reflectors: whether the value is of a retro-reflector.
+        dazzled: whether other light hid the echo. Then the distance means nothing.
+    """
+
+    distances: Array
+    reflectors: Array
+    dazzled: Array
+
+
+class _Spots(NamedTuple):
+    """What the rays of all spots have met, by spot and ray. All are arrays (spots, rays).
+
+    Attributes:
+        distances: in metres, along the whole way.
+        lights: share of its light that each ray returns.
+        materials: see `Material`.
+    """
+
+    distances: Array
+    lights: Array
+    materials: Array
 
 
 class Optics:
@@ -91,7 +88,7 @@ class Optics:
     """
 
     def __init__(
-        self, world: World, numbers: OpticsNumbers = TYPICAL, seed: Union[int, str] = 0,
+        self, world: World, numbers: LaserNumbers = TYPICAL, seed: Union[int, str] = 0,
         carrier: Optional[Obstacle] = None, upside_down: bool = False,
     ):
         self.numbers = numbers
@@ -103,10 +100,15 @@ class Optics:
         self._side = -1.0 if upside_down else 1.0
         self._heading = Heading()
         middle = (numbers.rays - 1) / 2.0
+        n = numbers
+        self._reflectivity = np.array([     # by `Material`
+            n.wall_reflectivity, n.dark_reflectivity, n.glass_reflectivity, 0.0, n.reflector_reflectivity,
+            n.body_reflectivity, n.body_reflectivity, n.body_reflectivity])
+        self._square = unit(math.radians(numbers.glass_angle_deg))[0]
         self._across = [(ray - middle) / max(middle, 1.0) for ray in range(numbers.rays)]   # -1 .. 1: over the spot
 
-    def measure(self, plan: RayPlan, begin: float, pose_at: PoseAt) -> Array:
-        """Return the measured distance (m) of each ray of a scan, an array. It is infinite where no echo came back.
+    def measure(self, plan: RayPlan, begin: float, pose_at: PoseAt) -> Measured:
+        """Return what the laser measures in a scan.
 
         Each ray begins where the laser was when the ray was fired. Other bodies are where they are now.
 
@@ -116,20 +118,47 @@ class Optics:
             pose_at: returns the pose of the laser at a time.
         """
         numbers, count = self.numbers, len(plan.angles)
-        ends = self._caster.cast(self._rays(plan, begin, pose_at), self._carrier)
-        reflectivity = np.where(ends.on_body, numbers.body_reflectivity, numbers.wall_reflectivity)
-        shape = count, numbers.rays
+        spots = self._seen_by(self._rays(plan, begin, pose_at), (count, numbers.rays))
         # The numbers drawn do not depend on the scene: a change in one place changes no error in another place.
         # Twelve uniform numbers make a normal one, without a logarithm, which libraries round as they like.
         noise = self._chance.random_sample((12, count)).sum(axis=0) - 6.0
-        draws = self._chance.random_sample((3, count))
-        distances = self._echoes(ends.distance.reshape(shape), (reflectivity * ends.cosine).reshape(shape), draws)
+        *draws, is_dazzled = self._chance.random_sample((4, count))
+        distances = self._echoes(spots.distances, spots.lights, draws)
         distances = np.where(distances < numbers.farthest, distances, np.inf)
-        return np.maximum(distances + self.bias + noise * numbers.noise, 0.0)
+        middle = slice(numbers.rays // 2, numbers.rays // 2 + 1)
+        lamps = (spots.materials[:, middle] == Material.LASER) & (spots.distances[:, middle] < numbers.dazzle_distance)
+        return Measured(
+            np.maximum(distances + self.bias + noise * numbers.noise, 0.0),
+            (spots.materials == Material.REFLECTOR).any(axis=1) & np.isfinite(distances),
+            lamps[:, 0] & (is_dazzled < numbers.dazzle_share))
+
+    def _seen_by(self, rays: LightRays, shape: Tuple[int, int]) -> _Spots:
+        """Return what rays meet at last, through glass and over mirrors. `shape` is that of the result."""
+        ends = self._caster.cast(rays, self._carrier)
+        distances, materials = ends.distance.copy(), ends.material.copy()
+        lights = self._reflectivity[materials] * np.abs(_slants(rays, ends))
+        which = np.arange(len(distances))       # the rays that are under way
+        for _ in range(MOST_LEGS):
+            squarely = np.abs(_slants(rays, ends)) >= self._square
+            is_pane_seen = squarely & self._enough(lights[which], distances[which])
+            goes_on = (ends.material == Material.MIRROR) | (ends.material == Material.GLASS) & ~is_pane_seen
+            on = np.flatnonzero(goes_on)
+            if not len(on):
+                return _Spots(distances.reshape(shape), lights.reshape(shape), materials.reshape(shape))
+            rays, which = _onward(rays.some(on), RayEnds(*(column[on] for column in ends))), which[on]
+            ends = self._caster.cast(rays)
+            distances[which] += LEAVE + ends.distance
+            materials[which] = ends.material
+            lights[which] = self._reflectivity[ends.material] * np.abs(_slants(rays, ends))
+        distances[which] = np.inf
+        return _Spots(distances.reshape(shape), lights.reshape(shape), materials.reshape(shape))
 
     def _rays(self, plan: RayPlan, begin: float, pose_at: PoseAt) -> LightRays:
         """Return all rays across all spots, those of one spot together."""
-        poses = [pose_at(begin + after) for after in plan.after]
+        if self.numbers.skew:
+            poses = [pose_at(begin + after) for after in plan.after]
+        else:
+            poses = [pose_at(begin + max(plan.after))] * len(plan.after)
         x, y, forward_x, forward_y = np.array([(*pose[:2], *self._heading.unit(pose[2])) for pose in poses]).T
         to_x, to_y = _units(plan, self._side)
         to_x, to_y = forward_x * to_x - forward_y * to_y, forward_x * to_y + forward_y * to_x
@@ -159,18 +188,33 @@ class Optics:
         outside = (1.0 - 2.0 * outside) * numbers.stray_depth       # negative: before the front
         stray = np.where(outside < 0.0, front, front + gap) + outside
         mixed = np.where(is_stray < numbers.stray, stray, front + share * gap)
-        apart = np.where(self._seen(front_light, front), front, np.where(self._seen(back_light, back), back, np.inf))
+        apart = np.where(self._enough(back_light, back), back, np.inf)
+        apart = np.where(self._enough(front_light, front), front, apart)
         found: Array = np.select(
             [in_front.all(axis=1), np.isinf(back), gap < numbers.pulse],
-            [np.where(self._seen(all_light, front), distances.mean(axis=1), np.inf),
-             np.where(self._seen(front_light, front), front, np.inf),
-             np.where(self._seen(all_light, front), mixed, np.inf)],
+            [np.where(self._enough(all_light, front), distances.mean(axis=1), np.inf),
+             np.where(self._enough(front_light, front), front, np.inf),
+             np.where(self._enough(all_light, front), mixed, np.inf)],
             apart)
         return found
 
-    def _seen(self, light: Array, distance: Array) -> Array:
+    def _enough(self, light: Array, distance: Array) -> Array:
         """Return whether surfaces at some distances (m) return enough light."""
         return light >= np.interp(distance, *zip(*self.numbers.needed_reflectivity))
+
+
+def _slants(rays: LightRays, ends: RayEnds) -> Array:
+    """Return the cosine of the angle between each ray and the normal of the surface that it meets; of either sign."""
+    slants: Array = rays.to_x * ends.normal_x + rays.to_y * ends.normal_y
+    return slants
+
+
+def _onward(rays: LightRays, ends: RayEnds) -> LightRays:
+    """Return rays as they go on from where they end: reflected by mirrors, straight on through anything else."""
+    across = np.where(ends.material == Material.MIRROR, 2.0 * _slants(rays, ends), 0.0)
+    to_x, to_y = rays.to_x - across * ends.normal_x, rays.to_y - across * ends.normal_y
+    return LightRays(rays.x + rays.to_x * ends.distance + to_x * LEAVE,
+                     rays.y + rays.to_y * ends.distance + to_y * LEAVE, to_x, to_y)
 
 
 @functools.lru_cache(maxsize=None)

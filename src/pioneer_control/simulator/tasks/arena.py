@@ -83,7 +83,8 @@ def _moved(world: World, right: float, up: float) -> World:
         starts=[(x + right, y + up, heading) for x, y, heading in world.starts],
         docks=[(x + right, y + up, heading) for x, y, heading in world.docks],
         boxes=[[(x + right, y + up) for x, y in box] for box in world.boxes],
-        places=[MarkedPlace(place.name, place.x + right, place.y + up, place.size) for place in world.places])
+        places=[MarkedPlace(place.name, place.x + right, place.y + up, place.size) for place in world.places],
+        materials=world.materials)
 
 
 def _joined(first: World, starts: Sequence[Pose], worlds: Sequence[World]) -> World:
@@ -99,4 +100,6 @@ def _joined(first: World, starts: Sequence[Pose], worlds: Sequence[World]) -> Wo
         skipped=first.skipped,
         boxes=[box for world in worlds for box in world.boxes],
         places=[place for world in worlds for place in world.places],
-        unmapped=first.unmapped, walks=first.walks)
+        unmapped=first.unmapped, walks=first.walks,
+        materials=[*(each for world in worlds for each in world.materials[:len(world.walls)]),
+                   *(each for world in worlds for each in world.materials[len(world.walls):])])

@@ -5,7 +5,7 @@ about them.
 ``poses``         transforms of poses and outlines between frames, equal to the last bit on every computer
 ``echoes``        the range that sonar measures: the distance to the nearest point of anything solid in its cone
 ``mirrors``       the same among walls that return no echo to sound that meets them at a slant
-``rays``          where rays of light end: at walls, posts and bodies
+``rays``          where rays of light end: at walls, posts and bodies; ``materials``: what light finds there
 ``crowd``         the bodies of robots, found by place; ``pushing``: how robots push cans
 ``generated``     draws worlds from seeds; ``offices``: one kind of them; ``furnishing``: puts obstacles on a floor
 ``people``        people who walk about

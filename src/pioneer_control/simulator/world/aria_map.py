@@ -5,10 +5,10 @@ into a grid whose cells are twice as wide as the resolution of the scan, so that
 of the occupied cells become few long segments (see `grids.borders`).
 
 The objects of a map: ``RobotHome`` is a start, ``Dock...`` is a dock, ``Goal`` and ``GoalWithHeading`` are goals,
-``Sim.BoxObstacle`` is a box that never moves, ``Reflector`` is a wall, and the sides of ``ForbiddenLine`` and
-``ForbiddenArea`` are forbidden to navigation. All other objects are skipped, and `World.skipped` lists them. In a map
-without a ``RobotHome``, the robot starts at the origin if there is room, else at the most spacious place, else outside
-the walls.
+``Sim.BoxObstacle`` is a box that never moves, ``Reflector`` is a wall that reflects light to a laser, and the sides of
+``ForbiddenLine`` and ``ForbiddenArea`` are forbidden to navigation. All other objects are skipped, and `World.skipped`
+lists them. In a map without a ``RobotHome``, the robot starts at the origin if there is room, else at the most spacious
+place, else outside the walls.
 """
 
 import collections
@@ -21,6 +21,7 @@ import numpy as np
 
 from ...errors import WorldError
 from .grids import borders, roomiest
+from .materials import Material
 from .poses import Point, Pose, Wall, closed, placed
 from .world import START_CLEARANCE, World, begin_at
 
@@ -61,7 +62,8 @@ class AriaMap:
         self._line = 1      # number of the line that is being read
         self._resolution = 0.1
         self._walls: List[Wall] = []
-        self._solids: List[Wall] = []       # of boxes and reflectors
+        self._solids: List[Wall] = []       # of boxes
+        self._reflectors: List[Wall] = []
         self._boxes: List[List[Point]] = []
         self._forbidden: List[Wall] = []
         self._points: List[Point] = []
@@ -89,12 +91,14 @@ class AriaMap:
                    for kind, at in self._skipped.items()]
         if self._points and self._walls:
             skipped.append("%s points: lines alone make the walls" % len(self._points))
-        walls = (self._walls or self._walls_of_points()) + self._solids
+        plain = (self._walls or self._walls_of_points()) + self._solids
+        walls = plain + self._reflectors
         if not self._starts:
             self._starts = [self._find_start(walls)]
             skipped.append("no RobotHome in the map: %s" % begin_at(self._starts[0]))
         return World(self._path.stem, walls, starts=self._starts, docks=self._docks, goals=self._goals, skipped=skipped,
-                     boxes=self._boxes, forbidden=self._forbidden)
+                     boxes=self._boxes, forbidden=self._forbidden,
+                     materials=[Material.PLAIN] * len(plain) + [Material.REFLECTOR] * len(self._reflectors))
 
     def fail(self, message: str) -> NoReturn:
         """Raise a WorldError that names the file and the line that is being read."""
@@ -173,7 +177,7 @@ class AriaMap:
             self._boxes.append(corners)
 
     def _reflector(self, pose: Pose, name: str, rest: str) -> None:
-        self._solids.append(self._line_object(pose, rest, "Reflector"))
+        self._reflectors.append(self._line_object(pose, rest, "Reflector"))
 
     def _forbidden_line(self, pose: Pose, name: str, rest: str) -> None:
         self._forbidden.append(self._line_object(pose, rest, "ForbiddenLine"))

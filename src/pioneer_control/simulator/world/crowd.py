@@ -8,6 +8,7 @@ import math
 from typing import Dict, List, Optional, Protocol, Sequence, Tuple
 
 from .geometry import Block
+from .materials import Material
 from .poses import Point, Pose
 
 Cell = Tuple[int, int]
@@ -26,11 +27,13 @@ class Obstacle(Protocol):
         pose: where the body stands (m, rad; map frame).
         reach: largest distance (m) from the middle of the body to any of its points.
         box: rectangle with which the body pushes cans (m, base_link).
+        material: what light finds at it.
     """
 
     pose: Pose
     reach: float
     box: Block
+    material: Material
 
     @property
     def outline(self) -> Sequence[Point]:

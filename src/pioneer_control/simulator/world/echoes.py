@@ -141,27 +141,28 @@ class Earshot(Dict[int, bytes]):
         order = np.argsort(least, kind="stable")
         posts = np.vstack((solids.posts.T, np.zeros(len(solids.posts)), np.full(len(solids.posts), -1.0)))
         self._candidates = np.vstack((least, np.hstack((solids.frames, posts)))).T[order]
-        self._audible = _audible(solids, x, y, spread + _SPARE, rights, lefts)[:, order]
+        self._audible = audible(solids, x, y, spread + _SPARE, rights, lefts)[:, order]
 
     def __missing__(self, sector: int) -> bytes:
         self[sector] = self._candidates[self._audible[sector]].tobytes()
         return self[sector]
 
 
-def _audible(solids: Solids, x: float, y: float, spread: float, rights: Array, lefts: Array) -> Array:
+def audible(solids: Solids, x: float, y: float, spread: float, rights: Array, lefts: Array) -> Array:
     """Return an array (sectors, solids) that is False where no cone of a sector can contain a point of a solid.
 
-    True means that a cone may contain a point of the solid. For the arguments see `Earshot`.
+    True means that a cone may contain a point of the solid. For the arguments see `Earshot`; there may be any number of
+    sectors.
     """
     ends_x = np.concatenate((solids.walls[:, 0::2].T, np.tile(solids.posts[:, 0], (2, 1))), axis=1) - x
     ends_y = np.concatenate((solids.walls[:, 1::2].T, np.tile(solids.posts[:, 1], (2, 1))), axis=1) - y
     room = np.concatenate((np.zeros(len(solids.walls)), solids.posts[:, 2])) + spread
-    audible = np.ones((SECTORS, len(solids)), dtype=bool)
+    found = np.ones((len(rights), len(solids)), dtype=bool)
     for edges, side in ((rights, 1.0), (lefts, -1.0)):
         edge_x, edge_y = edges.T[:, :, None]
         inside = side * (edge_x * ends_y[0] - edge_y * ends_x[0]), side * (edge_x * ends_y[1] - edge_y * ends_x[1])
-        audible &= np.maximum(*inside) >= -room
-    return audible
+        found &= np.maximum(*inside) >= -room
+    return found
 
 
 def echo(

@@ -24,14 +24,16 @@ class Solids:
     Args:
         walls: (n, 4) array, one segment ``x1 y1 x2 y2`` (m) per row, none of length zero.
         posts: (m, 3) array, one disc ``x y radius`` (m) per row.
+        materials: the `Material` of each wall, then of each post, as an array of integers. None: all are plain.
 
     Attributes:
-        walls, posts: as the arguments.
+        walls, posts, materials: as the arguments.
         frames: (5, n) array: x and y of the start, x and y of the unit vector, and length of each wall (m).
     """
 
-    def __init__(self, walls: Array, posts: Array):
+    def __init__(self, walls: Array, posts: Array, materials: Optional[Array] = None):
         self.walls, self.posts = walls, posts
+        self.materials: Array = np.zeros(len(self), dtype=int) if materials is None else materials
         along_x, along_y = walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1]
         length = np.sqrt(along_x * along_x + along_y * along_y)
         self.frames = np.array([walls[:, 0], walls[:, 1], along_x / length, along_y / length, length])
@@ -41,7 +43,8 @@ class Solids:
 
     def some(self, walls: Any, posts: Any) -> "Solids":
         """Return only the walls and posts that the two numpy indices select."""
-        return Solids(self.walls[walls], self.posts[posts])
+        of_walls, of_posts = self.materials[:len(self.walls)], self.materials[len(self.walls):]
+        return Solids(self.walls[walls], self.posts[posts], np.concatenate((of_walls[walls], of_posts[posts])))
 
     def each(self) -> Iterator["Solids"]:
         """Yield every wall, then every post, each as a `Solids` of its own."""
@@ -108,6 +111,15 @@ class Solids:
             if near and _crosses(outline, start_x, start_y, ux, uy, length):
                 return True
         return any(_meets_disc(outline, *post) for post in self.posts.tolist())
+
+
+def joined(parts: Sequence[Solids]) -> Solids:
+    """Return all walls and posts of several `Solids` in one."""
+    counts = [len(part.walls) for part in parts]
+    materials = [part.materials[:count] for part, count in zip(parts, counts)]
+    materials += [part.materials[count:] for part, count in zip(parts, counts)]
+    return Solids(np.vstack([part.walls for part in parts]), np.vstack([part.posts for part in parts]),
+                  np.concatenate(materials))
 
 
 class Block(NamedTuple):

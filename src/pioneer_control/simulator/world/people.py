@@ -16,6 +16,7 @@ from ...errors import WorldError
 from .crowd import Candidate, Obstacle
 from .geometry import Array, Block, outlines_meet
 from .grids import flood
+from .materials import Material
 from .poses import Point, Pose, hypot, unit
 from .world import Walk, World
 
@@ -131,6 +132,7 @@ class Walker:
         pose: where the person stands (m; map frame). The heading is always 0.
         reach: radius of the person (m).
         box: square with which the person stops cans (m).
+        material: what light finds at the person.
     """
 
     def __init__(self, world: World, walk: Walk, footways: Optional[Footways]):
@@ -139,6 +141,7 @@ class Walker:
         begin = footways.first_place(self._random) if footways else walk.path[0]
         self.pose: Pose = (*begin, 0.0)
         self.reach = RADIUS
+        self.material = Material.PERSON
         self.box = Block(-RADIUS, RADIUS, -RADIUS, RADIUS)
         self._path = list(walk.path)    # in the direction in which it is walked now
         self._way: List[Point] = list(walk.path[1:])

@@ -15,8 +15,9 @@ import numpy as np
 from ...errors import WorldError
 from ...maps import FREE, OCCUPIED, UNKNOWN
 from .crowd import Crowd
-from .geometry import Array, Solids
+from .geometry import Array, Solids, joined
 from .grids import flood
+from .materials import Material
 from .mirrors import ear_of
 from .poses import Point, Pose, Wall, closed, hypot
 
@@ -82,11 +83,12 @@ class MarkedPlace(NamedTuple):
 class Furniture(NamedTuple):
     """Something that stands on the floor: a box by its four corners, or posts ``(x, y, radius)`` that belong together.
 
-    The other of the two is empty.
+    The other of the two is empty. `material` is what light finds at it.
     """
 
     corners: Tuple[Point, ...] = ()
     posts: Tuple[Tuple[float, float, float], ...] = ()
+    material: Material = Material.PLAIN
 
     @property
     def walls(self) -> List[Wall]:
@@ -96,7 +98,8 @@ class Furniture(NamedTuple):
     @property
     def solids(self) -> Solids:
         """The walls and posts in the form for computation."""
-        return Solids(np.array(self.walls).reshape(-1, 4), np.array(self.posts).reshape(-1, 3))
+        walls, posts = np.array(self.walls).reshape(-1, 4), np.array(self.posts).reshape(-1, 3)
+        return Solids(walls, posts, np.full(len(walls) + len(posts), int(self.material)))
 
 
 class Walk(NamedTuple):
@@ -135,13 +138,15 @@ class World:
         forbidden: segments, as of `walls`, that robots are asked not to cross. The simulator does not use them.
         unmapped: obstacles that are on no map. They are solid, and sonar detects them.
         walks: how people walk in this world.
+        materials: the `Material` of each wall, then of each post. Empty: all are plain.
 
     Attributes:
         walls, posts: arrays ``(n, 4)`` and ``(n, 3)`` of what is on a map.
         solids: all walls and posts, with those of `unmapped`, in the form for computation.
 
     Raises:
-        WorldError: a number is not finite, a wall has no length, a post or can has no size, or there is no start.
+        WorldError: a number is not finite, a wall has no length, a post or can has no size, there is no start, or the
+            materials are not as many as walls and posts.
     """
 
     def __init__(
@@ -159,6 +164,7 @@ class World:
         forbidden: Sequence[Sequence[float]] = (),
         unmapped: Sequence[Furniture] = (),
         walks: Sequence[Walk] = (),
+        materials: Sequence[int] = (),
     ):
         self.name = name
         self.walls = _table(name, "wall", walls, 4)
@@ -182,11 +188,13 @@ class World:
             for number, radius in enumerate(radii, 1):
                 if not radius > 0.0:
                     raise WorldError("world %s: %s %s has radius %g; must be above 0" % (name, kind, number, radius))
-        self._mapped = self.solids = Solids(self.walls, self.posts)
+        if len(materials) not in (0, len(self.walls) + len(self.posts)):
+            raise WorldError("world %s: %d materials for %d walls and %d posts; give one for each, or none"
+                             % (name, len(materials), len(self.walls), len(self.posts)))
+        self._mapped = self.solids = Solids(
+            self.walls, self.posts, np.array(materials, dtype=int) if len(materials) else None)
         if self.unmapped:
-            self.solids = Solids(
-                np.vstack((self.walls, *(each.solids.walls for each in self.unmapped))),
-                np.vstack((self.posts, *(each.solids.posts for each in self.unmapped))))
+            self.solids = joined([self._mapped, *(each.solids for each in self.unmapped)])
         self._neighbourhood = functools.lru_cache(_KEPT_NEIGHBOURHOODS)(self._find)
         self.ear = functools.lru_cache(maxsize=None)(functools.partial(ear_of, self))
         """Function that returns the `Ear` of this world for sonar transducers with the given cone.
@@ -202,6 +210,12 @@ class World:
         self.bounds: Tuple[float, float, float, float] = (low_x, low_y, high_x, high_y)
         """Smallest x and y, then largest x and y (m, map frame) of all that is in the world."""
 
+    @property
+    def materials(self) -> List[int]:
+        """The `Material` of each wall, then of each post, without those of `unmapped`."""
+        found: List[int] = self._mapped.materials.tolist()
+        return found
+
     def with_start(self, start: Pose) -> "World":
         """Return a copy of this world with `start` (m, rad; map frame) before its other starts.
 
@@ -210,11 +224,15 @@ class World:
         return self.changed(starts=[start, *self.starts])
 
     def changed(self, **changes: Any) -> "World":
-        """Return a copy of this world with other values for some arguments. The copy uses the same `Can` objects."""
+        """Return a copy of this world with other values for some arguments. The copy uses the same `Can` objects.
+
+        With other walls or posts all of them are plain, unless `materials` are given, too.
+        """
         values: Dict[str, Any] = dict(
             name=self.name, walls=self.walls.tolist(), posts=self.posts.tolist(), cans=self.cans, starts=self.starts,
             docks=self.docks, goals=self.goals, skipped=self.skipped, boxes=self.boxes, places=self.places,
-            forbidden=self.forbidden.tolist(), unmapped=self.unmapped, walks=self.walks)
+            forbidden=self.forbidden.tolist(), unmapped=self.unmapped, walks=self.walks,
+            materials=() if changes.keys() & {"walls", "posts"} else self.materials)
         return World(**{**values, **changes})
 
     def touches(self, outline_xy: Sequence[Point]) -> bool:

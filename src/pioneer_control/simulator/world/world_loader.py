@@ -11,11 +11,12 @@ import yaml
 
 from ...errors import WorldError
 from ...maps.ros_map import RosMapReader
-from ...maps.yaml_nodes import LENGTH, NodeReader, compose
-from ...parameters import Number, Numbers, Switch, Text, Whole, nearest
+from ...maps.yaml_nodes import LENGTH, NodeReader, Read, compose
+from ...parameters import Choice, Number, Numbers, Switch, Text, Whole, nearest
 from .aria_map import FIRST_LINE, AriaMap
 from .generated import KINDS, named_world
-from .poses import Point, Pose, Wall, box_corners, closed
+from .materials import BUILT, Material
+from .poses import Pose, Wall, box_corners
 from .ros_map import world_of_map
 from .world import SONAR_PLANE, Can, Furniture, MarkedPlace, Walk, World, begin_at
 
@@ -25,6 +26,8 @@ PICTURES = (".pgm", ".png")
 POINT, ANGLE = Numbers(2, -math.inf, math.inf), Number(-math.inf)
 PLACED = {"position_m": POINT, "heading_deg": ANGLE}
 """Keys of a pose."""
+MATERIAL: Dict[str, Read] = {"material": Choice(tuple(BUILT))}
+"""Key of what a wall, a box or a post is made of."""
 
 
 def known_worlds() -> List[str]:
@@ -53,7 +56,7 @@ def load_world(name_or_path: Union[str, Path]) -> World:
         boxes:                                # furniture: four walls
           - {centre_m: [1, 5], size_m: [0.8, 0.4], angle_deg: 30}     # size before turning; angle 0 if left out
         posts:                                # cylinders: columns, legs; taller than the sonar, as walls and boxes are
-          - {centre_m: [5, 3], diameter_m: 0.05}
+          - {centre_m: [5, 3], diameter_m: 0.05, material: dark}    # for lasers: also glass, mirror, reflector, plain
         cans:                                 # objects that the gripper picks up: too low for the sonar
           - {centre_m: [2.2, 1], diameter_m: 0.066, height_m: 0.115}  # default sizes
         starts:                               # where robots stand at first: the first robot at the first start
@@ -149,46 +152,50 @@ class _WorldReader(NodeReader):
             "unmapped": self.unmapped, "walkers": self.walkers,
         })
         below = sections.get("map") or World("nothing")
-        boxes = sections.get("boxes", [])
+        boxes, posts = sections.get("boxes", []), sections.get("posts", [])
+        walls = [(wall, Material(made_of)) for wall, made_of in zip(below.walls.tolist(), below.materials)]
+        walls += sections.get("walls", []) + [(wall, box.material) for box in boxes for wall in box.walls]
         return World(
             name=self.path.stem,
-            walls=below.walls.tolist() + sections.get("walls", []) + [wall for box in boxes for wall in closed(box)],
-            posts=sections.get("posts", []),
+            walls=[wall for wall, _ in walls],
+            posts=[each for post in posts for each in post.posts],
             cans=sections.get("cans", []),
             starts=sections["starts"],
             docks=below.docks + sections.get("docks", []),
             goals={**below.goals, **sections.get("goals", {})},
             skipped=[sentence for sentence in below.skipped if not sentence.endswith(begin_at(below.starts[0]))],
-            boxes=below.boxes + boxes,
+            boxes=below.boxes + [box.corners for box in boxes],
             places=sections.get("places", []),
             unmapped=sections.get("unmapped", []),
             walks=sections.get("walkers", []),
+            materials=[made_of for _, made_of in walls] + [post.material for post in posts],
         )
 
-    def walls(self, node: yaml.Node) -> List[Wall]:
-        """Return the segments (m) of section `walls`."""
+    def walls(self, node: yaml.Node) -> List[Tuple[Wall, Material]]:
+        """Return the segments (m) of section `walls`, with their materials."""
         segments = []
-        needs, may = {"corners_m": self.corners}, {"closed": Switch()}
-        for entry, wall in self.mappings(node, "walls", "a wall", needs, may):
+        may: Dict[str, Read] = {"closed": Switch(), **MATERIAL}
+        for entry, wall in self.mappings(node, "walls", "a wall", {"corners_m": self.corners}, may):
             corners = wall["corners_m"] + (wall["corners_m"][:1] if wall.get("closed") else [])
             for first, second in zip(corners, corners[1:]):
                 if first == second:
                     self.fail(entry, "a wall from %s to itself; corners that follow each other must differ"
                               % list(first))
-                segments.append(first + second)
+                segments.append((first + second, _material(wall)))
         return segments
 
-    def boxes(self, node: yaml.Node) -> List[List[Point]]:
-        """Return the corners (m) of each box in section `boxes`."""
-        needs, may = {"centre_m": POINT, "size_m": Numbers(2, LENGTH.low, math.inf)}, {"angle_deg": ANGLE}
-        return [box_corners(box["centre_m"], box["size_m"], math.radians(box.get("angle_deg", 0.0)))
-                for _, box in self.mappings(node, "boxes", "a box", needs, may)]
+    def boxes(self, node: yaml.Node) -> List[Furniture]:
+        """Return the boxes of section `boxes`."""
+        needs = {"centre_m": POINT, "size_m": Numbers(2, LENGTH.low, math.inf)}
+        boxes = self.mappings(node, "boxes", "a box", needs, {"angle_deg": ANGLE, **MATERIAL})
+        return [Furniture(tuple(box_corners(box["centre_m"], box["size_m"], math.radians(box.get("angle_deg", 0.0)))),
+                          material=_material(box)) for _, box in boxes]
 
-    def posts(self, node: yaml.Node) -> List[Tuple[float, ...]]:
-        """Return x, y and radius (m) of each post in section `posts`."""
-        needs = {"centre_m": POINT, "diameter_m": LENGTH}
-        return [post["centre_m"] + (post["diameter_m"] / 2.0,)
-                for _, post in self.mappings(node, "posts", "a post", needs)]
+    def posts(self, node: yaml.Node) -> List[Furniture]:
+        """Return the posts of section `posts`, each alone."""
+        posts = self.mappings(node, "posts", "a post", {"centre_m": POINT, "diameter_m": LENGTH}, MATERIAL)
+        return [Furniture(posts=(post["centre_m"] + (post["diameter_m"] / 2.0,),), material=_material(post))
+                for _, post in posts]
 
     def cans(self, node: yaml.Node) -> List[Can]:
         """Return the cans of section `cans`."""
@@ -233,8 +240,8 @@ class _WorldReader(NodeReader):
     def unmapped(self, node: yaml.Node) -> List[Furniture]:
         """Return the obstacles of section `unmapped`."""
         found = self.mapping(node, "the section unmapped", needs={}, may={"boxes": self.boxes, "posts": self.posts})
-        boxes = [Furniture(corners=tuple(corners)) for corners in found.get("boxes", [])]
-        return boxes + [Furniture(posts=(post,)) for post in found.get("posts", [])]
+        obstacles: List[Furniture] = found.get("boxes", []) + found.get("posts", [])
+        return obstacles
 
     def walkers(self, node: yaml.Node) -> List[Walk]:
         """Return how the people of section `walkers` walk."""
@@ -276,6 +283,11 @@ class _WorldReader(NodeReader):
             self.fail(node, "a can must be lower than the sonar, %s m, not %g; a post is what the sonar sees"
                       % (SONAR_PLANE, height))
         return height
+
+
+def _material(entry: Dict[str, Any]) -> Material:
+    """Return what an entry of `walls`, `boxes` or `posts` is made of."""
+    return BUILT[entry.get("material", "plain")]
 
 
 def _pose(entry: Dict[str, Any]) -> Pose:
