@@ -9,7 +9,7 @@ import threading
 import pytest
 import serial
 
-from pioneer_control import lms2xx
+from pioneer_control import lms2xx, p2os
 from pioneer_control.errors import ParameterError, PortError
 from pioneer_control.laser import line as line_file
 from pioneer_control.laser import session as session_file
@@ -262,3 +262,52 @@ def test_a_simulation_may_have_no_lasers():
     simulation.add(find_model("amigo-sh"))
     with Server(simulation, tcp=0) as server:
         assert server.lasers == []
+
+
+# -- scans over the robot's own line
+
+BURST = bytes.fromhex("FAFB06241B5A007E1B FAFB06253B5A007F3B FAFB06263B64008A3B FAFB06233B0200253B")
+"""What the vendor's client sends at once (laser sheet 3.2): 36 -90, 37 90, 38 100, 35 2."""
+
+
+def heard_from(client, decoder, wanted):
+    """Return packets from a socket, until one is `wanted`."""
+    packets = []
+    while not any(isinstance(each, wanted) for each in packets):
+        packets += [p2os.decode_packet(frame) for frame in decoder.feed(client.recv(4096))]
+    return packets
+
+
+def test_scans_over_the_robots_line_come_glued_to_its_sips():
+    simulation = simulate(load_world("tutorial"), find_model("p3dx-sh"), 2, None, 0, serial="SIM", line_laser=True)
+    with Server(simulation, tcp=0) as server:
+        port = int(server.berths[1].url.rpartition(":")[2])
+        decoder = p2os.FrameDecoder()
+        with socket.create_connection(("127.0.0.1", port), LIMIT) as client:
+            for number in (0, 1, 2):
+                client.sendall(p2os.encode_frame(number))
+                heard_from(client, decoder, p2os.SyncReply if number == 2 else p2os.SyncEcho)
+            client.sendall(p2os.encode_frame(1) + p2os.encode_command("CONFIG"))
+            [config] = [each for each in heard_from(client, decoder, p2os.Config) if isinstance(each, p2os.Config)]
+            assert config.serial == "SIM"
+            client.sendall(BURST)
+            packets = heard_from(client, decoder, p2os.SimulatedLaserExtended)
+            while sum(isinstance(each, p2os.SimulatedLaserExtended) for each in packets) < 30:
+                packets += heard_from(client, decoder, p2os.SimulatedLaserExtended)
+            assert decoder.counts.discarded_bytes == 0
+        firsts = [getattr(each, "first", "sip") for each in packets]
+        firsts = firsts[firsts.index(0):]
+        assert firsts[:14] == [0, 32, 64, 96, 128, 160, "sip"] * 2
+        assert simulation.robots[0].open_session is None, "the other robot has a line of its own"
+
+
+def test_over_a_pseudo_terminal_too_slow_for_it_the_server_says_so(tmp_path):
+    link, said = str(tmp_path / "robot"), []
+    simulation = simulate(load_world("tutorial"), find_model("p3dx-sh"), 1, None, 0, line_laser=True)
+    with Server(simulation, pty=link, say=said.append), open(link, "r+b", buffering=0) as client:
+        for number in (0, 1, 2, 1):
+            client.write(p2os.encode_frame(number))
+            client.read(1)
+        client.write(BURST)
+        until(lambda: said, "it says so")
+        assert "robot 1: at 9600 baud there is no time for scans of its laser beside the SIPs" in said[0]

@@ -15,16 +15,17 @@ A packet, byte by byte (VEL -200: drive backwards at 200 mm/s)::
                                   --decode_command--> ReceivedCommand     on the robot's side
     encode_command("VEL", -200) --> bytes <-- encode_packet(Sip(...))
 
-=============  =======================================================================
-``framing``    where packets begin and end, and the checksum
-``commands``   the table of commands to the robot
-``sip``        the table of the standard SIP, which the robot sends ten times a second
-``config``     the table of CONFIGpac, which describes the robot
-``packets``    the tables of all other packets from the robot
-``flags``      names of bits and numbers
-``explain``    explains bytes in words
-``recording``  reads, writes and explains the record of a line
-=============  =======================================================================
+======================  =======================================================================
+``framing``             where packets begin and end, and the checksum
+``commands``            the table of commands to the robot
+``simulator_commands``  the table of those that only simulated robots know
+``sip``                 the table of the standard SIP, which the robot sends ten times a second
+``config``              the table of CONFIGpac, which describes the robot
+``packets``             the tables of all other packets from the robot
+``flags``               names of bits and numbers
+``explain``             explains bytes in words
+``recording``           reads, writes and explains the record of a line
+======================  =======================================================================
 
 The file `wire_fields` beside this folder reads and writes packets by their tables.
 
@@ -39,14 +40,19 @@ from .flags import (GRIPPER_VALUES, ChargeState, DigitalIn, FaultFlags, Flags, F
                     GripState, StallBits)
 from .framing import PARTIAL_TIMEOUT, DecoderCounts, Frame, FrameDecoder, checksum, encode_frame
 from .packets import (IO, TCM2, Arm, ArmInfo, ArmJoint, Battery, BatteryInfo, Encoder, Gripper, Gyro, GyroReading,
-                      Joystick, MalformedPacket, Playlist, Reset, SerialAux, SyncEcho, SyncReply, UnknownPacket,
+                      Joystick, LaserReading, MalformedPacket, Playlist, Reset, SerialAux,
+                      SimulatedLaser, SimulatedLaserExtended, SyncEcho, SyncReply, UnknownPacket,
                       decode_packet, encode_packet)
+from .simulator_commands import (SIMULATOR_COMMANDS, OrderArgument, SimulatorCommand, SimulatorOrder,
+                                 decode_simulator_command, encode_simulator_command)
 from .sip import COUNT_RANGE, MOVING, STOPPED, Sip, SonarReading
 
 __all__ = [
     "PARTIAL_TIMEOUT", "DecoderCounts", "Frame", "FrameDecoder", "checksum", "encode_frame",
     "BAUD_RATES", "COMMANDS", "UNKNOWN_TO", "Command", "Argument", "encode_command", "decode_command",
     "ReceivedCommand", "knows", "two_bytes", "SYNC0", "SYNC1", "SYNC2",
+    "SIMULATOR_COMMANDS", "SimulatorCommand", "OrderArgument", "SimulatorOrder", "encode_simulator_command",
+    "decode_simulator_command", "SimulatedLaser", "SimulatedLaserExtended", "LaserReading",
     "decode_packet", "encode_packet", "UnknownPacket", "MalformedPacket",
     "SyncEcho", "SyncReply", "Config", "Sip", "SonarReading", "STOPPED", "MOVING", "COUNT_RANGE",
     "wrapped",

@@ -198,10 +198,6 @@ def knows(family: str, command: str) -> bool:
 
 
 OTHER_MEANINGS: Tuple[Tuple[int, str, str], ...] = (
-    (35, "old simulators", "laser on (1, 2 extended) or off"),
-    (36, "old simulators", "laser start, deg"),
-    (37, "old simulators", "laser end, deg"),
-    (38, "old simulators", "laser increment, 0.01 deg"),
     (57, "simulators", "stop at once, like E_STOP"),
     (61, "old simulators", "load parameters"),
     (62, "old simulators", "exit"),
@@ -222,22 +218,13 @@ OTHER_MEANINGS: Tuple[Tuple[int, str, str], ...] = (
     (217, "Pioneer LX", "SAFETY_ZONE_ACTIVE"),
     (219, "Pioneer LX", "MARC_CONFIG_SET"),
     (220, "Pioneer LX", "MARC_CONFIG_GET"),
-    (224, "simulators", "SIM_SET_POSE: type byte, then int32 x mm, y mm, heading deg"),
-    (225, "simulators", "SIM_RESET"),
     (226, "simulators", "SIM_MODEL_CONFIG: string"),
-    (230, "simulators", "SIM_LRF_ENABLE: integer, byte laser"),
-    (231, "simulators", "SIM_LRF_FOV_START: integer, byte laser"),
-    (232, "simulators", "SIM_LRF_FOV_END: integer, byte laser"),
-    (233, "simulators", "SIM_LRF_RES (0.01 deg): integer, byte laser"),
-    (236, "simulators", "SIM_CTRL: 1 load map, 2 master, 3 clear it, 4 rotate, 5 log, 6 SIMINFO, 7 ghost"),
-    (237, "simulators", "SIM_STAT: 0 stop, 1 once, 2 continuous"),
-    (238, "simulators", "SIM_MESSAGE: string"),
-    (239, "simulators", "SIM_EXIT: integer"),
     (250, "AROS 1.6", "SHUTDOWN: 0 cancel, 1 simulate low power, 2 shut the PC down"),
     (251, "simulators", "over-temperature flag"),
     (252, "simulators", "temperature, deg C (-128 off)"),
 )
 """Command numbers with another meaning for other robots or programs: the number, the robot or program, the meaning.
+`SIMULATOR_COMMANDS` has those of the simulators that somebody still uses.
 
 A Pioneer that knows the command in `COMMANDS` takes the number for this command.
 """

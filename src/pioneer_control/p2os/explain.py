@@ -11,6 +11,7 @@ from .commands import (COMMAND_NUMBERS, NEGATIVE, OTHER_MEANINGS, POSITIVE, TEXT
 from .flags import GripperCommand
 from .framing import HEADER, SMALLEST_COUNT, Frame, checksum
 from .packets import NAMES_ONLY, MalformedPacket, UnknownPacket, decode_packet, packet_rows
+from .simulator_commands import SIMULATOR_COMMANDS, decode_simulator_command
 
 LONGEST = 3 + 0xFF
 """Number of bytes in the longest frame."""
@@ -123,6 +124,11 @@ def _explain_command(frame: Frame) -> Iterator[str]:
         yield "    %s" % command.effect
     if fault:
         yield "    its argument is broken: %s" % fault
+    order = decode_simulator_command(frame)
+    if order is not None:
+        values = " ".join(value_in_words(each) for each in order.values)
+        yield "    (simulators: %s: %s)" % (" ".join(filter(None, (order.name, values))),
+                                            SIMULATOR_COMMANDS[order.name].effect)
     yield from ("    (%s: %s)" % (who, meaning) for number, who, meaning in OTHER_MEANINGS if number == frame.id)
 
 

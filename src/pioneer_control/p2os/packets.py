@@ -187,7 +187,7 @@ class SimulatedLaser:
 
     x: int = wire(INT16, "mm", "robot")
     y: int = wire(INT16, "mm", "robot")
-    heading: int = wire(INT16, "", "robot")
+    heading: int = wire(INT16, "deg", "robot")
     total: int = wire(UINT16, "", "readings of the whole scan")
     first: int = wire(UINT16, "", "index of the first one here")
     ranges_mm: Tuple[int, ...] = wire(Many(UINT16), "mm", "")

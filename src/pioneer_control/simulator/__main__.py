@@ -14,7 +14,7 @@ from .hardware.arm import KINDS_OF_ARMS
 from .line import Fault, LineRecorder, LineSimulation, Server, camera_ports, fault_of, laser_ports, load_faults
 from .line.cameras import AUX_OF_CAMERAS, CAMERA_CABLINGS, KINDS_OF_CAMERAS
 from .line.faults import KINDS
-from .line.lasers import KINDS_OF_LASERS, STANDARD_LASER_PORT
+from .line.lasers import KINDS_OF_LASERS, ROBOTS_LINE, STANDARD_LASER_PORT
 from .line.lines import STANDARD_PORT
 from .line.pace import SPEEDS
 from .parameters import Place
@@ -121,7 +121,8 @@ def simulation_of(options: argparse.Namespace, world: Optional[World] = None) ->
         world or world_of(options), find_model(options.model, options.models), options.robots, options.name,
         options.seed,
         gripper=options.gripper, arm=options.arm != "none", rear_sonar=options.rear_sonar, noise=options.noise,
-        numbers_file=options.numbers, real=options.real)
+        numbers_file=options.numbers, real=options.real, serial=options.serial,
+        line_laser=options.laser == ROBOTS_LINE)
 
 
 def world_of(options: argparse.Namespace) -> World:
@@ -247,7 +248,8 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
     "--pty": dict(metavar="LINK",
                   help="make a pseudo-terminal with this link to it; several robots have LINK1, LINK2, ..."),
     "--laser": dict(default="none", choices=("none", *KINDS_OF_LASERS),
-                    help="laser on each robot, on a line of its own (default: %(default)s)"),
+                    help="laser on each robot: lms200, on a line of its own; line, over the robot's own line, as other"
+                         " simulators have it (default: %(default)s)"),
     "--laser-port": dict(metavar="PORT",
                          help="TCP port of the first robot's laser; the others have the next ports; 0: any free ports;"
                               " or HOST:PORT (default: the first port after those of the robots, or %s)"
@@ -298,6 +300,9 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
                   help="arm on each robot (default: %(default)s)"),
     "--no-rear-sonar": dict(action="store_false", dest="rear_sonar", help="fit no rear sonar array"),
     "--name": dict(help="the robot's own name; several are numbered, NAME_0001 and up (default: sim_0001 and up)"),
+    "--serial": dict(metavar="TEXT",
+                     help="serial number that the robots tell; SIM, with --laser line: clients that know simulators by"
+                          " it take that laser (default: that of robot.yaml)"),
     "--models": dict(metavar="FILE", help="a models file that overrides or adds robot models"),
     "--real": dict(action="store_true",
                    help="wheels and sonar err as those of real robots, drawn from the seed; see docs/worlds.md"),

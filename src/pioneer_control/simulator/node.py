@@ -50,6 +50,7 @@ from ..srv import AddFault, AddFaultResponse, Carry, CarryResponse
 from .firmware import Firmware
 from .hardware.gripper import ParallelGripper
 from .line import Server, camera_ports, fault_of, laser_ports, load_faults
+from .line.lasers import ROBOTS_LINE
 from .parameters import SimulatorParameters, check_parameters
 from .shoves import ShoveWatch
 from .simulation import Simulation, prepared, simulate
@@ -146,7 +147,7 @@ def simulation_of(parameters: SimulatorParameters) -> Simulation:
         world, model, parameters.robots,
         parameters.name if parameters.robots == 1 else None, parameters.seed, gripper=parameters.gripper,
         arm=parameters.arm != "none", rear_sonar=parameters.rear_sonar, numbers_file=parameters.numbers_file or None,
-        real=parameters.real)
+        real=parameters.real, serial=parameters.serial or None, line_laser=parameters.laser == ROBOTS_LINE)
 
 
 class RobotTruth:

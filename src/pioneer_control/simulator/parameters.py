@@ -61,7 +61,8 @@ class SimulatorParameters:
     pty: str = parameter("", Text(empty=True),
                          "path of a link to a pseudo-terminal; several robots have their numbers behind the path;"
                          " empty for none")
-    laser: str = parameter("none", Choice(("none", *KINDS_OF_LASERS)), "laser on each robot, on a line of its own")
+    laser: str = parameter("none", Choice(("none", *KINDS_OF_LASERS)), "laser on each robot: lms200, on a line of its"
+                           " own; line, over the robot's own line")
     laser_port: Union[int, str, None] = parameter(
         None, TcpAddress(), "TCP port of the first robot's laser; the others have the next ports; empty: the first port"
         " after those of the robots, or 8102")
@@ -88,6 +89,8 @@ class SimulatorParameters:
                          " robot.yaml")
     rear_sonar: bool = parameter(True, Switch(), "whether the rear sonar array is fitted")
     name: str = parameter("sim_0001", Text(), "name of the robot; several robots are sim_0001, sim_0002, ...")
+    serial: str = parameter("", Text(empty=True), "serial number that the robots tell; SIM, with laser line: clients"
+                            " that know simulators by it take that laser; empty: that of robot.yaml")
     models_file: str = parameter("", Text(empty=True),
                                  "a models file that overrides or adds robot models; empty for none")
     real: bool = parameter(False, Switch(), "whether wheels and sonar err as those of real robots, by the seed")

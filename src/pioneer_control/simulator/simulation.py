@@ -13,6 +13,7 @@ This file uses no threads, no sockets and no real time. The same bytes at the sa
 answers. It does not matter into how many calls the time is split.
 """
 
+from dataclasses import replace
 from typing import Any, Callable, List, Optional, Union
 
 from ..errors import ParameterError
@@ -152,7 +153,7 @@ def prepared(
 
 def simulate(
     world: World, model: RobotModel, count: int, name: Optional[str], seed: int, numbers_file: Optional[str] = None,
-    real: bool = False, **options: Any,
+    real: bool = False, serial: Optional[str] = None, **options: Any,
 ) -> Simulation:
     """Return a simulation with robots of one model, for the command line and the ROS node.
 
@@ -165,6 +166,7 @@ def simulate(
         seed: random seed of the first robot. Each next robot has the next seed.
         numbers_file: file that overrides numbers of ``robot.yaml``. None if there is none.
         real: whether wheels and sonar err as those of real robots, by the seed of each; see `hardware.real_numbers`.
+        serial: serial number that all robots tell. That of the numbers if None.
         options: other arguments of `Firmware`.
 
     Raises:
@@ -176,5 +178,7 @@ def simulate(
         called = name if name and count == 1 else "%s_%04d" % (name or "sim", number + 1)
         if real:
             numbers = load_numbers(numbers_file, seed + number)
+        if serial is not None:
+            numbers = replace(numbers, session=replace(numbers.session, serial=serial))
         simulation.add(model, pose, name=called, seed=seed + number, numbers=numbers, **options)
     return simulation

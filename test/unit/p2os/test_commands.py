@@ -146,7 +146,10 @@ def test_every_number_has_a_name():
 
 
 def test_the_pioneer_wins_where_others_use_its_number():
-    clashes = {number for number, _, _ in OTHER_MEANINGS} & set(COMMAND_NUMBERS)
+    others = [number for number, _, _ in OTHER_MEANINGS]
+    others += [command.number for command in p2os.SIMULATOR_COMMANDS.values()]
+    assert len(set(others)) == len(others), "each stands in one table"
+    clashes = set(others) & set(COMMAND_NUMBERS)
     assert clashes == {35, 36, 37, 38, 57, 61, 62, 66, 67, 68, 90, 250}
     assert [received(id=number).name for number in (36, 37, 62)] == ["GRIPPERVAL", "GRIPREQUEST", "BATTERYINFO"]
     assert received(id=224).name == "COMMAND_224", "a simulator's own number"

@@ -156,6 +156,13 @@ def decode(body: bytes, family: str) -> Packet:
             "sound": reader.one("B"), "on": reader.one("B"), "name": reader.bytes(16),
             "offset": reader.one("I"), "length": reader.one("I"),
         }
+    elif number == 0x60:
+        values = reader.fields("x h y h th h total H first H")
+        values["readings"] = [(reader.one("H"), 0) for _ in range(reader.one("B"))]
+    elif number == 0x61:
+        values = reader.fields("total H first H")
+        values["readings"] = [(reader.one("H"), reader.one("B"), reader.one("H"))[:2] for _ in range(reader.one("B"))]
+        values.update(reader.fields("laser B flags B"))
     elif number in (0xB0, 0xB8, 0xC8):
         values = {"bytes": reader.bytes(len(reader.data))}
         assert values["bytes"]

@@ -13,6 +13,7 @@ from robot_on_bench import Bench
 from pioneer_control import p2os
 from pioneer_control.p2os import COMMANDS, UNKNOWN_TO, Argument
 from pioneer_control.robots.table import FAMILIES
+from pioneer_control.simulator.firmware.laser_orders import DOES
 from pioneer_control.simulator.firmware.commands import HANDLERS, IGNORED, LETTERS
 from pioneer_control.simulator.hardware import standard_numbers
 
@@ -56,12 +57,25 @@ def test_the_page_shows_the_table():
     """When this fails, the message has the rows that docs/simulator-commands.md needs."""
     text = PAGE.read_text(encoding="utf-8")
     assert ["| %s |" % " | ".join(row) for row in missing_rows(text)] == []
-    rows = [line for line in text.splitlines() if line.startswith("| ") and line.split("|")[1].strip().isdigit()]
+    rows = [line for line in text.partition("## Commands")[2].partition("\nNumbers that only")[0].splitlines()
+            if line.startswith("| ") and line.split("|")[1].strip().isdigit()]
     assert len(rows) == len(COMMANDS)
 
 
 def test_a_row_that_lies_is_seen():
     assert len(missing_rows(PAGE.read_text(encoding="utf-8").replace("MOVE | - |", "MOVE | yes |"))) == 1
+
+
+def missing_orders(text):
+    """Return the rows of commands of simulators that the page must have and does not have."""
+    rows = ["| %d | %s | %s |" % (order.number, name, DOES[name]) for name, order in p2os.SIMULATOR_COMMANDS.items()]
+    return [row for row in rows if row not in text.splitlines()]
+
+
+def test_the_page_shows_the_commands_of_simulators():
+    text = PAGE.read_text(encoding="utf-8")
+    assert missing_orders(text) == [] and set(DOES) == set(p2os.SIMULATOR_COMMANDS)
+    assert len(missing_orders(text.replace("| 230 | SIM", "| 231 | SIM"))) == 1
 
 
 def unknown_numbers(text):

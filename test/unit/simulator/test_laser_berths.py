@@ -8,7 +8,7 @@ from pioneer_control import lms2xx
 from pioneer_control.errors import ParameterError
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.clock import NEVER_US
-from pioneer_control.simulator.firmware import Firmware
+from pioneer_control.simulator.firmware.line_laser import laser_place
 from pioneer_control.simulator.line import lasers
 from pioneer_control.simulator.line.lasers import LaserPorts, PoseHistory, laser_ports
 from pioneer_control.simulator.lms200 import PERFECT, FirmwareNumbers, LaserFirmware, Optics, standing
@@ -57,13 +57,14 @@ def test_links(monkeypatch):
 
 
 def test_what_the_user_says():
-    assert laser_ports("none", None, None) is None
+    assert laser_ports("none", None, None) is laser_ports("line", None, None) is None
     assert laser_ports("lms200", 8105, None) == LaserPorts(tcp=8105)
     assert laser_ports("lms200", None, "/tmp/pioneer_laser") == LaserPorts(pty="/tmp/pioneer_laser")
 
 
 @pytest.mark.parametrize("given, message", [
     (("none", 8102, None), "no laser: give laser lms200"), (("none", None, "/tmp/pioneer_laser"), "no laser"),
+    (("line", 8102, None), "no laser: give laser lms200, too, which has a line of its own"),
     (("lms200", 8102, "/tmp/pioneer_laser"), "not both"),
 ])
 def test_what_makes_no_sense(given, message):
@@ -86,4 +87,4 @@ def test_behind_a_bridge_the_speed_stays():
 
 def test_a_model_without_a_known_place():
     with pytest.raises(ParameterError, match="on the model amigo-sh is not known.*p3dx-sh"):
-        lasers.place_on(Firmware(find_model("amigo-sh"), World("hall")))
+        laser_place(find_model("amigo-sh"))

@@ -667,3 +667,107 @@ def test_a_joystick_drives_when_it_may():
     client.robot.hardware.joystick.button_1 = False
     client.wait(2.0, [PULSE])
     assert client.robot.velocity[0] == 0.0
+
+
+# A laser over the robot's own line, as the vendor's client takes it (laser sheet 2, 3.1 to 3.3)
+
+class ScanTaker:
+    """What the vendor's client makes of packets: scans, each with the pose of the SIP before it.
+
+    It reads no angle from a packet: value i lies at first + i * step.
+    """
+
+    def __init__(self, first, last, step):
+        self.degrees = [first + index * step for index in range(round((last - first) / step) + 1)]
+        self.scans = []
+        self._sip, self._values = None, []
+
+    def take(self, packet):
+        if packet.id in SIPS:
+            assert len(self._values) in (0, len(self.degrees)), "a SIP amidst a scan"
+            self._sip = packet.values
+        elif packet.id in (0x60, 0x61):
+            values = packet.values
+            assert values["total"] == len(self.degrees) and len(values["readings"]) <= 32
+            if values["first"] == 0:
+                self._values, self._pose = [], self._sip
+            assert values["first"] == len(self._values), "values in order, and none is missing"
+            self._values += values["readings"]
+            if len(self._values) == len(self.degrees):
+                self.scans.append((self._pose, list(self._values)))
+
+    def ahead(self, number):
+        """Return the range straight ahead (mm) in a scan."""
+        return self.scans[number][1][self.degrees.index(0)][0]
+
+
+def simulated(tmp_path, world, **options):
+    """Return a client that knows from the serial number that its robot is simulated, and has asked for its laser."""
+    path = tmp_path / "mine.yaml"
+    path.write_text("session: {serial: SIM}\nlaser: {bias: 0, noise: 0}")
+    client = Client(world=world, line_laser=True, numbers=load_numbers(str(path)), **options).connect().prepare()
+    assert client.config["serial"].upper() == "SIM" and client.names["name"] != "MobileSim"
+    return client.say(command(31, 0x0B01)).wait(0.25)
+
+
+WALL_AHEAD = World("hall", walls=[(6.0, -30.0, 6.0, 30.0)], starts=EMPTY)
+
+
+@pytest.mark.parametrize("first, last, step, hundredths", [
+    (-90, 90, 1, 100), (-90, 90, 0.5, 50), (-50, 50, 1, 100), (-135, 135, 0.5, 50), (-120, 120, 1, 100)])
+def test_the_vendors_client_takes_a_simulated_laser(tmp_path, first, last, step, hundredths):
+    client = simulated(tmp_path, WALL_AHEAD)
+    taker, before, began = ScanTaker(first, last, step), len(client.heard), client.time
+    client.robot.receive(command(36, first) + command(37, last) + command(38, hundredths) + command(35, 2))
+    while not taker.scans:
+        assert client.time - began < 30.0, "the client gives up"
+        client.wait(0.1)
+        for packet in client.heard[before:]:
+            taker.take(packet)
+        before = len(client.heard)
+    assert client.time - began < 0.35
+    client.say(command(4, 1), command(11, 300)).wait(2.4, [PULSE])
+    for packet in client.heard[before:]:
+        taker.take(packet)
+    assert len(taker.scans) in (24, 25)
+    for number, (sip, values) in enumerate(taker.scans):
+        x = (sip["x"] + 0x4000) % 0x8000 - 0x4000
+        assert taker.ahead(number) == pytest.approx(6000 - 21 - x * client.model.dist_mm_per_unit, abs=8)
+        assert all(told == 32767 or 0 < told < 20000 for told, _ in values), "more than any client takes, or a wall"
+    assert taker.ahead(-1) < taker.ahead(0) - 400, "it drove"
+    client.disconnect()
+    heard = len(client.heard)
+    assert len(client.wait(1.0).heard) == heard, "CLOSE ends the scans, too"
+
+
+def test_it_takes_plain_scans_as_answer_too_and_its_gripper_works(tmp_path):
+    client = simulated(tmp_path, WALL_AHEAD, gripper=True)
+    taker, before = ScanTaker(-90, 90, 1), len(client.heard)
+    client.robot.receive(command(36, -90) + command(37, 90) + command(38, 100) + command(35, 1))
+    client.wait(0.5).say(command(33, 16), command(36, 30)).wait(0.2).say(command(37, 1)).wait(0.5)
+    for packet in client.heard[before:]:
+        taker.take(packet)
+    assert len(taker.scans) in (11, 12, 13) and len(client.of(0xE0)) == 1
+    assert client.of(0xE0)[0]["grasp_time"] == 30
+
+
+def test_a_client_of_the_newer_numbers(tmp_path):
+    """230 to 233 with the number of the laser behind the integer, in any order before the step."""
+    client = simulated(tmp_path, WALL_AHEAD)
+    new = {number: framed(command(number, value)[3:-2] + b"\0")
+           for number, value in ((231, -90), (232, 90), (233, 50), (230, 2), (239, 0))}
+    taker, before = ScanTaker(-90, 90, 0.5), len(client.heard)
+    client.say(new[230], new[232], new[231], PULSE, new[233]).wait(1.0)
+    client.say(new[239], framed(b"\xE1"), command(237, 2), command(238, b"hi")).wait(1.0)
+    for packet in client.heard[before:]:
+        if packet.values.get("total", 361) == 361:
+            taker.take(packet)
+    assert len(taker.scans) >= 19
+
+
+def test_a_client_that_takes_the_robot_for_a_real_one_finds_a_real_one():
+    """Serial number 0001: it opens a serial port for the laser, and sends no laser command here."""
+    client = Client(world=WALL_AHEAD, line_laser=True).connect().prepare()
+    assert client.config["serial"] == "0001"
+    client.wait(1.0, [PULSE])
+    assert client.of(0x60) == client.of(0x61) == []

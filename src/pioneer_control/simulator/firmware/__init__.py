@@ -3,6 +3,7 @@ returns the bytes of the robot.
 
 ``commanded_robot``  the robot that commands act on: its hardware, its session, and the packets that it sends
 ``commands``         the effect of each client command
+``laser_orders``     what a client asks of a laser over the robot's own line; ``line_laser``: its scans
 ``reports``          the packets that the robot sends to its client
 ``robot_on_line``    the interface between a line and a robot, which is simulated or played from a recording
 """

@@ -17,6 +17,8 @@ from ..hardware.gripper import ParallelGripper
 from ..world import World
 from ..world.poses import Pose
 from . import reports
+from .laser_orders import LaserOrders
+from .line_laser import LineLaser
 from .robot_on_line import FirmwareState, RobotOnLine
 
 SETTINGS = dict(
@@ -25,6 +27,10 @@ SETTINGS = dict(
     gyro_cw=0, gyro_ccw=0, aux1_baud=0, aux2_baud=0, aux3_baud=0, sounds_on=1,
 )
 """Power-on values of the numbers that a client may set without any effect on the hardware, by names of CONFIGpac."""
+
+
+SIMULATOR = "SIM"
+"""Serial number by which the vendor's client knows a simulator (laser sheet 3.1), in any case."""
 
 
 @dataclass
@@ -36,12 +42,14 @@ class OpenSession:
         next_sip_us: simulated time of the next SIP (microseconds).
         previous: the command before the present one.
         requests: kinds of packets that are sent. True: with every SIP. False: only with the next SIP.
+        laser: what the client has asked of the laser over this line. None if the robot has no such laser.
     """
 
     last_command_us: int
     next_sip_us: int
     previous: Optional[ReceivedCommand] = None
     requests: Dict[str, bool] = field(default_factory=lambda: {"sip": True})
+    laser: Optional[LaserOrders] = None
 
     def packets(self, hardware: Hardware) -> Iterator[object]:
         """Yield the SIP that is due, and the other requested packets that are sent before and after it.
@@ -66,6 +74,7 @@ class CommandedRobot(RobotOnLine):
         self, model: RobotModel, world: World, pose: Optional[Pose] = None, *, gripper: Optional[bool] = None,
         arm: bool = False, rear_sonar: bool = True, name: str = "sim_0001", seed: int = 0,
         noise: Optional[float] = None, numbers: Optional[RobotNumbers] = None, clock: Optional[Clock] = None,
+        line_laser: bool = False,
     ):
         self.numbers = numbers or standard_numbers()
         super().__init__(name, clock or Clock(), self.numbers.session.host_baud)
@@ -73,12 +82,16 @@ class CommandedRobot(RobotOnLine):
         noise = self.numbers.sonar.noise if noise is None else noise
         if noise < 0.0:
             raise ParameterError("noise is %g, wanted metres from 0 up" % noise)
-        self.model = model.with_arrays(front=True, rear=rear_sonar)
+        if self.numbers.session.serial.upper() == SIMULATOR and not line_laser:
+            raise ParameterError("with the serial number %s, clients take a laser over the robot's own line: add that"
+                                 " laser (laser line), or give another number" % self.numbers.session.serial)
         self.world = world
         self.hardware = Hardware(
-            self.model, world, world.starts[0] if pose is None else pose, gripper, self.numbers, noise, seed)
+            model.with_arrays(front=True, rear=rear_sonar), world, world.starts[0] if pose is None else pose, gripper,
+            self.numbers, noise, seed)
         if arm:
             self.hardware.join_arm(self.numbers.arm)
+        self.line_laser = LineLaser(world, self.hardware, self.numbers.laser, seed) if line_laser else None
         self.next_step_us += self.numbers.physics.step_us
         self.decoder = FrameDecoder()
         self.command_counts: CounterType[str] = Counter()
@@ -88,6 +101,11 @@ class CommandedRobot(RobotOnLine):
         self._forget_session()
 
     # -- what tests, benches and nodes may look at
+
+    @property
+    def model(self) -> RobotModel:
+        """The model of the robot, without sonar arrays that are not fitted."""
+        return self.hardware.model
 
     @property
     def time(self) -> float:
@@ -160,7 +178,8 @@ class CommandedRobot(RobotOnLine):
     def begin_session(self) -> None:
         """Begin a session: set the odometry to 0, switch the sonar on, and send the first SIP after one cycle."""
         last_step_us = self.next_step_us - self.numbers.physics.step_us
-        self.open_session = OpenSession(self.clock.now_us, last_step_us + self.numbers.session.sip_cycle_ms * 1000)
+        self.open_session = OpenSession(self.clock.now_us, last_step_us + self.numbers.session.sip_cycle_ms * 1000,
+                                        laser=LaserOrders() if self.line_laser is not None else None)
         self.session = FirmwareState.OPEN
         self.hardware.reset_odometry()
         self.hardware.sonar.switch(True, last_step_us)

@@ -35,14 +35,15 @@ class Firmware(CommandedRobot):
         noise: largest random error of a sonar range (m). The value of ``robot.yaml`` if None.
         numbers: parameters of the simulated robot. Those of ``robot.yaml`` if None.
         clock: clock of the `Simulation` to which the robot belongs. A new clock if None.
+        line_laser: whether the robot has a laser over its own line, as the vendor's simulator offers it.
 
     Attributes:
-        model: as the argument, without sonar arrays that are not fitted.
         world: as the argument.
         numbers: as the argument.
         hardware: the robot's devices.
         settings: numbers that a client may set without any effect on the hardware, by their names in CONFIGpac.
         decoder: decoder of the received bytes. It has the frame counts since power-on.
+        line_laser: the laser over the robot's own line. None without one.
         open_session: state of the open session. None while no session is open.
         command_counts: numbers of received commands since power-on: "obeyed", "unknown", and with a value of the wrong
             type ("senseless").
@@ -51,7 +52,8 @@ class Firmware(CommandedRobot):
 
     Raises:
         ParameterError: the model cannot carry a gripper, the arm's auxiliary port has a device already, the robot
-            overlaps an obstacle, or the noise is negative.
+            overlaps an obstacle, the noise is negative, nobody knows where a laser sits on the model, or the serial
+            number says SIM without such a laser.
     """
 
     def receive(self, data: bytes) -> None:
@@ -80,12 +82,18 @@ class Firmware(CommandedRobot):
         if session is not None and now_us >= session.next_sip_us:
             session.next_sip_us += self.numbers.session.sip_cycle_ms * 1000
             self.send(*session.packets(self.hardware))
+            if session.laser is not None and self.line_laser is not None:
+                self.send(*self.line_laser.packets(session.laser))
 
     def _take(self, frame: Frame) -> None:
         command = p2os.decode_command(frame)
-        if self.open_session is not None:
-            self.open_session.last_command_us = self.clock.now_us
-            self._obey(command)
+        session = self.open_session
+        if session is not None:
+            session.last_command_us = self.clock.now_us
+            if session.laser is not None and session.laser.takes(frame, session.previous):
+                self.command_counts["obeyed"] += 1
+            else:
+                self._obey(command)
             if self.open_session is not None:
                 self.open_session.previous = command
         elif self.session is FirmwareState.WAITING:

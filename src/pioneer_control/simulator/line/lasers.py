@@ -8,9 +8,9 @@ from bisect import bisect_right
 from typing import Callable, List, NamedTuple, Optional, Union
 
 from ...errors import ParameterError
-from ...robots import LaserPlace
 from ..clock import Clock
 from ..firmware import Firmware
+from ..firmware.line_laser import laser_place
 from ..hardware import LaserNumbers
 from ..lms200 import FirmwareNumbers, LaserFirmware, Optics
 from ..world import World
@@ -18,7 +18,8 @@ from ..world.materials import Material
 from ..world.poses import Pose, along_arc, compose
 from .lines import PtyLine, ServedLine, TcpLine, host_and_port
 
-KINDS_OF_LASERS = ("lms200",)
+OWN_LINE, ROBOTS_LINE = KINDS_OF_LASERS = ("lms200", "line")
+"""Lasers of robots: an LMS200 on a line of its own, or scans over the robot's line (`LineLaser`)."""
 STANDARD_LASER_PORT = 8102
 """TCP port on which the vendor's client expects the laser of a simulated robot (laser sheet 1.9)."""
 NETWORK_BAUD = 500000
@@ -134,7 +135,7 @@ class LaserBerth:
 
     def __init__(self, robot: Firmware, world: World, line: ServedLine, ports: LaserPorts, seed: str, now_us: int,
                  has_power: Callable[[], bool]):
-        place = place_on(robot)
+        place = laser_place(robot.model)
         self.line, self._has_power, self._body = line, has_power, robot.hardware.body
         self.history = PoseHistory(robot, now_us)
         mirror = place.x, place.y, 0.0
@@ -178,20 +179,8 @@ class LaserBerth:
             self.laser.receive(data, None if baud == self.laser.baud else baud)
 
 
-def place_on(robot: Firmware) -> LaserPlace:
-    """Return where the laser of a robot sits.
-
-    Raises:
-        ParameterError: nobody knows where a laser sits on this model.
-    """
-    if robot.model.laser is None:
-        raise ParameterError("where a laser sits on the model %s is not known: say it in a models file (key laser), or"
-                             " take another model, such as p3dx-sh" % robot.model.subtype)
-    return robot.model.laser
-
-
 def laser_ports(kind: str, tcp: Union[int, str, None], pty: Optional[str]) -> Optional[LaserPorts]:
-    """Return what the command line and the ROS node say about lasers. None: robots have no lasers.
+    """Return what the command line and the ROS node say about lasers. None: no robot has one on a line of its own.
 
     Args:
         kind: "none", or one of `KINDS_OF_LASERS`.
@@ -201,9 +190,10 @@ def laser_ports(kind: str, tcp: Union[int, str, None], pty: Optional[str]) -> Op
     Raises:
         ParameterError: there is a port without a laser, or a port and a pseudo-terminal.
     """
-    if kind == "none":
+    if kind != OWN_LINE:
         if tcp is not None or pty is not None:
-            raise ParameterError("a port of a laser is given, but no laser: give laser lms200, too")
+            raise ParameterError("a port of a laser is given, but no laser: give laser %s, too, which has a line of its"
+                                 " own" % OWN_LINE)
         return None
     if tcp is not None and pty is not None:
         raise ParameterError("a laser has one line: give its TCP port or its pseudo-terminal, not both")

@@ -25,8 +25,11 @@ from ..clock import NEVER_US
 from ..firmware import FirmwareState
 from ..simulation import Simulation
 from .faults import Fault, Faults
+from .one_way import BITS_PER_BYTE
 from .robot_link import FROM_ROBOT, TO_ROBOT, RobotLink, RobotsInTime
 
+ID_AT, SCAN_IDS = 3, frozenset((0x60, 0x61))
+"""Where a packet has its id, and the ids of packets with scans."""
 LONGEST_REST_US = 100000
 """Longest time (microseconds) for which `LineSimulation.news_us` lets the steps of a silent robot be delayed."""
 LONGEST_WAIT_US = 100000
@@ -73,7 +76,7 @@ class LineSimulation:
         self.robots = simulation.robots
         if not self.robots:
             raise ParameterError("there is no robot in the simulation: add one first")
-        self.clock = simulation.clock
+        self.clock, self._say = simulation.clock, say
         self.links = [RobotLink(robot, "%s %s" % (seed, number)) for number, robot in enumerate(self.robots)]
         if isinstance(simulation, Simulation):
             carrier = Carrier(simulation)
@@ -191,6 +194,7 @@ class LineSimulation:
         firmware.receive(data)
         if firmware.closed_sessions != closed and firmware.session is FirmwareState.WAITING:
             self.ended.append(robot)
+            self.links[robot].scan.clear()
         data = firmware.take_sent()
         if data:
             self._reply(robot, data)
@@ -198,13 +202,33 @@ class LineSimulation:
 
     def _reply(self, robot: int, data: bytes) -> None:
         """Send packets of a robot (number from 0) to its client. Drop packets that its slow line cannot send in time.
+
+        A scan of a laser is sent whole or not at all, and never instead of a SIP: its packets wait, and go when the
+        line has time for one before the next SIP. Until the last one has gone, all later scans are left out.
         """
         if not self._serial[robot]:
             self._put(robot, FROM_ROBOT, data, None)
             return
-        wire, baud = self.links[robot].wires[FROM_ROBOT], self.robots[robot].baud
+        link, baud = self.links[robot], self.robots[robot].baud
+        scan = []
         while data:
-            length = data[2] + SMALLEST_COUNT
-            if wire.backlog_us(self.clock.now_us) < LONGEST_WAIT_US:
-                self._put(robot, FROM_ROBOT, data[:length], baud)
-            data = data[length:]
+            packet, data = data[:data[2] + SMALLEST_COUNT], data[data[2] + SMALLEST_COUNT:]
+            if packet[ID_AT] in SCAN_IDS:
+                scan.append(packet)
+            elif link.wires[FROM_ROBOT].backlog_us(self.clock.now_us) < LONGEST_WAIT_US:
+                self._put(robot, FROM_ROBOT, packet, baud)
+        if not link.scan and scan:
+            if self._has_time(robot, scan[0]):
+                link.scan.extend(scan)
+            elif not link.too_slow:
+                link.too_slow = True
+                self._say(self.time, "robot %d: at %d baud there is no time for scans of its laser beside the SIPs:"
+                          " %d bytes in one packet" % (robot + 1, baud, len(scan[0])))
+        while link.scan and self._has_time(robot, link.scan[0]):
+            self._put(robot, FROM_ROBOT, link.scan.popleft(), baud)
+
+    def _has_time(self, robot: int, packet: bytes) -> bool:
+        """Return whether the serial line of a robot (number from 0) can send a packet before the next SIP."""
+        now_us, firmware = self.clock.now_us, self.robots[robot]
+        busy_us = self.links[robot].wires[FROM_ROBOT].backlog_us(now_us)
+        return now_us + busy_us + len(packet) * BITS_PER_BYTE * 1000000 // firmware.baud <= firmware.next_sip_us

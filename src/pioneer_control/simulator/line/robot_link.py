@@ -1,7 +1,8 @@
 """One robot with its line, on which faults act."""
 
 import math
-from typing import Callable, Optional, Union
+from collections import deque
+from typing import Callable, Deque, Optional, Union
 
 from ...errors import ParameterError
 from ..firmware import Firmware, RobotOnLine
@@ -34,6 +35,8 @@ class RobotLink:
         powered: whether the robot is switched on.
         unplugged: whether the cable is unplugged.
         put: function that puts the robot at a pose (m, rad; map frame), or raises a ParameterError.
+        scan: packets of a scan of a `LineLaser` that wait for a serial line, oldest first.
+        too_slow: whether a scan found no time on the line. It is said once.
         on_cable: function that is called with True when the cable is unplugged, with False when it is plugged in.
     """
 
@@ -42,6 +45,8 @@ class RobotLink:
         self.wires = {way: OneWay("%s %s" % (seed, way)) for way in WAYS}
         self.powered = True
         self.unplugged = False
+        self.scan: Deque[bytes] = deque()
+        self.too_slow = False
         self.on_cable: Callable[[bool], None] = lambda unplugged: None
         self.put: Callable[[Pose], None] = _nobody_is_there
         self._own_voltage: Optional[float] = None
@@ -84,5 +89,6 @@ class RobotLink:
             self._own_voltage = None
 
     def _clear(self) -> None:
+        self.scan.clear()
         for wire in self.wires.values():
             wire.clear()

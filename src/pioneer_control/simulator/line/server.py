@@ -19,13 +19,14 @@ from typing import Any, Callable, Dict, List, Optional, Sequence, Set, Union
 from ...errors import LinkError, ParameterError
 from ...p2os.recording import Entry
 from ..firmware import Firmware, FirmwareState, RobotOnLine
+from ..firmware.line_laser import laser_place
 from ..simulation import Simulation
 from .faults import Fault
 from .cameras import CameraBerth, CameraPorts, fit_camera
-from .lasers import LaserBerth, LaserPorts, place_on
+from .lasers import LASER_UNREAD_LIMIT, LaserBerth, LaserPorts
 from .line_recorder import LineRecorder
 from .line_simulation import Arrival, LineSimulation
-from .lines import CHUNK, STANDARD_PORT, PtyLine, ServedLine, TcpLine, host_and_port
+from .lines import CHUNK, PTY_UNREAD_LIMIT, STANDARD_PORT, PtyLine, ServedLine, TcpLine, host_and_port
 from .lockstep import Lockstep
 from .pace import Pace
 from .robot_link import RobotsInTime
@@ -227,7 +228,9 @@ class Server:
                 berth.url = line.url
                 berth.lines.append(line)
             if link is not None:
-                berth.lines.append(PtyLine(link, robot.baud))
+                has_laser = isinstance(robot, Firmware) and robot.line_laser is not None
+                limit = LASER_UNREAD_LIMIT if has_laser else PTY_UNREAD_LIMIT
+                berth.lines.append(PtyLine(link, robot.baud, limit))
 
     def _open_lasers(self, robots: RobotsInTime, ports: LaserPorts, tcp: Union[int, str, None], seed: int) -> None:
         """Put a laser on each robot, and open its line. For the arguments see `Server`.
@@ -239,7 +242,7 @@ class Server:
         if not isinstance(robots, Simulation):
             raise ParameterError("lasers are for simulated robots: a record has nothing of what one would see")
         for robot in robots.robots:
-            place_on(robot)     # before any line is opened
+            laser_place(robot.model)     # before any line is opened
         for number, (robot, link) in enumerate(zip(robots.robots, self.simulation.links)):
             line = ports.line_of(number, len(robots.robots), tcp)
             laser = LaserBerth(robot, robots.world, line, ports, "%s %s" % (seed, number), robots.clock.now_us,

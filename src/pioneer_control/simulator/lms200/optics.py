@@ -217,7 +217,7 @@ def _onward(rays: LightRays, ends: RayEnds) -> LightRays:
                      rays.y + rays.to_y * ends.distance + to_y * LEAVE, to_x, to_y)
 
 
-@functools.lru_cache(maxsize=None)
+@functools.lru_cache(maxsize=64)
 def _units(plan: RayPlan, side: float) -> Tuple[Array, Array]:
     """Return x and y of the unit vector of each ray (frame of the laser). `side` is -1 for a laser upside down."""
     x, y = np.array([unit(side * angle) for angle in plan.angles]).T
