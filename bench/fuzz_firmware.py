@@ -1,11 +1,12 @@
 #!/usr/bin/python3
 """Sends random bytes and random commands to simulated robots. Needs no ROS and no clock.
 
-    python3 bench/fuzz_firmware.py              # a million strings, a hundred thousand commands
-    python3 bench/fuzz_firmware.py --strings 20000 --commands 2000 --seed 7
+    python3 bench/fuzz_firmware.py      # a million strings, a hundred thousand commands, as many to robots with lasers
+    python3 bench/fuzz_firmware.py --strings 20000 --commands 2000 --laser 2000 --seed 7
 
 Robots of every firmware family take turns. Strings are noise, pieces of packets, packets with a wrong bit, and packets
-of random data. Commands are those of the protocol with any legal value, and unknown numbers with any argument.
+of random data. Commands are those of the protocol with any legal value, and unknown numbers with any argument. Robots
+with a laser over their line get commands of simulators, too.
 Simulated time passes between them. Again and again the program checks that the robot still answers CLOSE, the SYNC
 sequence and OPEN, that it sends SIPs every 100 ms, that all it sent were whole packets, and that it stands in no wall.
 Exit status 1 when a check fails: the printed seed and number of the string reproduce it.
@@ -57,18 +58,18 @@ class Counts(NamedTuple):
     late_growth_kb: int
 
 
-def robot_of(name: str, seed: int) -> Firmware:
-    """A robot in a small room with cans. The newer models have an arm."""
+def robot_of(name: str, seed: int, laser: bool) -> Firmware:
+    """A robot in a small room with cans, perhaps with a laser over its line. The newer models have an arm."""
     walls = [(-4, -4, 4, -4), (4, -4, 4, 4), (4, 4, -4, 4), (-4, 4, -4, -4)]
     world = World("room", walls=walls, cans=[Can(0.8, 0.3), Can(1.5, -0.5), Can(-1.4, 0.4)], docks=[(0.0, 0.0, 0.0)])
-    return Firmware(find_model(name), world, (0.0, 0.0, 0.0), seed=seed, arm=name.endswith("-sh"))
+    return Firmware(find_model(name), world, (0.0, 0.0, 0.0), seed=seed, arm=name.endswith("-sh"), line_laser=laser)
 
 
 class Subject:
     """A robot that gets the random input, and the packets that it sends."""
 
-    def __init__(self, name: str, seed: int):
-        self.robot = robot_of(name, seed)
+    def __init__(self, name: str, seed: int, laser: bool):
+        self.robot = robot_of(name, seed, laser)
         self.decoder = p2os.FrameDecoder()
         self.packets = 0
         self.open()
@@ -147,6 +148,22 @@ def any_command(draw: random.Random) -> bytes:
 ALL = tuple(COMMANDS.values())
 
 
+def any_order(draw: random.Random) -> bytes:
+    """Return any command, or commands of simulators with any values, often those that start a laser."""
+    if draw.random() < 0.3:
+        return any_command(draw)
+    if draw.random() < 0.4:
+        steps = 10, 25, 50, 100, 700
+        values = draw.randint(-200, 100), draw.randint(-100, 200), draw.choice(steps), draw.randrange(4)
+        names = ("SIM_LRF_SET_FOV_START", "SIM_LRF_SET_FOV_END", "SIM_LRF_SET_RES", "SIM_LRF_ENABLE")
+        names = names if draw.random() < 0.3 else (
+            "OLD_LASER_FIRST", "OLD_LASER_LAST", "OLD_LASER_STEP", "OLD_LASER_ENABLE")
+        return b"".join(p2os.encode_simulator_command(*each) for each in zip(names, values) if draw.random() < 0.95)
+    command = draw.choice(tuple(p2os.SIMULATOR_COMMANDS.values()))
+    noise = bytes(draw.randrange(256) for _ in range(draw.choice((0, 1, 2, 3, 4, 12, 20))))
+    return p2os.encode_frame(command.number, draw.choice((b"", b"\x3B", b"\x1B", b"\x2B")) + noise)
+
+
 def resident_kb() -> int:
     """Return the resident memory of this process (kB)."""
     with open("/proc/self/statm") as file:
@@ -155,9 +172,12 @@ def resident_kb() -> int:
 
 def throw(make: Callable[[random.Random], bytes], number: int, seed: int, longest: float,
           look_every: int = LOOK_EVERY) -> Counts:
-    """Send many inputs of a kind to robots of each model in turn, with up to `longest` simulated s between them."""
+    """Send many inputs of a kind to robots of each model in turn, with up to `longest` simulated s between them. Orders
+    of simulators go to robots that have a laser over their line.
+    """
     draw = random.Random(seed)
-    subjects = [Subject(name, seed) for name in MODELS]
+    laser = make is any_order
+    subjects = [Subject(name, seed, laser) for name in MODELS if not laser or find_model(name).laser is not None]
     begin, held = time.monotonic(), []
     for count in range(number):
         subject = subjects[count // look_every % len(subjects)]
@@ -182,7 +202,7 @@ def throw(make: Callable[[random.Random], bytes], number: int, seed: int, longes
         sum(robot.command_counts["obeyed"] for robot in robots), held[1] - held[0], resident_kb() - held[1])
 
 
-KINDS = {"strings": (any_string, 0.05), "commands": (any_command, 0.2)}
+KINDS = {"strings": (any_string, 0.05), "commands": (any_command, 0.2), "laser": (any_order, 0.1)}
 
 
 def main() -> int:
@@ -190,6 +210,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--strings", type=int, default=1000000, help="random byte strings (default: %(default)s)")
     parser.add_argument("--commands", type=int, default=100000, help="random commands (default: %(default)s)")
+    parser.add_argument("--laser", type=int, default=100000,
+                        help="random commands to robots with a laser over their line (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
     for name, (make, longest) in KINDS.items():

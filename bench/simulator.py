@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""What simulated robots cost: alone in each world, many in one world, in small and large worlds,
-and served over TCP with clients attached.
+"""What simulated robots cost: alone in each world, many in one world, in small and large worlds, served over TCP with
+clients attached, and with lasers.
 
-    python3 bench/simulator.py                       # everything, six minutes; prints the tables of bench/simulator.md
-    python3 bench/simulator.py alone --seconds 20    # one part, shorter: alone, crowd, worlds, served
+    python3 bench/simulator.py                       # everything, ten minutes; prints the tables of bench/simulator.md
+    python3 bench/simulator.py alone --seconds 20    # one part, shorter: alone, crowd, worlds, served, lasers, lms200
 
 All robots drive and turn away from what their front sonar hears, 16 transducers firing; each gets two commands every
 tenth of a second. Figures are time of the processor, not of a clock:
@@ -26,9 +26,11 @@ from typing import Dict, List, Sequence
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "src"))
 
-from pioneer_control import p2os
+from pioneer_control import lms2xx, p2os
 from pioneer_control.errors import ParameterError
 from pioneer_control.robots import find_model
+from pioneer_control.simulator.line.lasers import PoseHistory
+from pioneer_control.simulator.lms200 import TYPICAL, FirmwareNumbers, LaserFirmware, Optics
 from pioneer_control.simulator.world import World, known_worlds, load_world
 from pioneer_control.simulator.simulation import Simulation
 
@@ -65,11 +67,11 @@ class Driver:
 class Herd:
     """Robots with their drivers. Only the time of the robots counts."""
 
-    def __init__(self, robots: Simulation):
+    def __init__(self, robots: Simulation, opening: bytes = OPEN):
         self.robots = robots
         self._drivers = [Driver() for _ in robots.robots]
         for robot in robots.robots:
-            robot.receive(OPEN)
+            robot.receive(opening)
 
     def drive(self, seconds: float) -> float:
         """Let some simulated seconds pass. Returns the processor time (s) of the robots."""
@@ -97,7 +99,7 @@ def floor(count: int, rng: random.Random, spacing: float = 2.0) -> World:
     return World("%s walls" % count, walls)
 
 
-def herd(world: World, count: int, rng: random.Random, **options) -> Herd:
+def herd(world: World, count: int, rng: random.Random, opening: bytes = OPEN, **options) -> Herd:
     """Return so many robots at random places of a world."""
     robots = Simulation(world)
     low_x, low_y, high_x, high_y = world.bounds
@@ -107,7 +109,7 @@ def herd(world: World, count: int, rng: random.Random, **options) -> Herd:
             robots.add(MODEL, place, seed=len(robots.robots), **options)
         except ParameterError:      # something stands there
             continue
-    return Herd(robots)
+    return Herd(robots, opening)
 
 
 def spread(values: Sequence[float], form: str) -> str:
@@ -164,6 +166,65 @@ def worlds(seconds: float, runs: int) -> None:
         few = herd(world, 3, random.Random(3), gripper=False)
         few.drive(5.0)
         row(str(count), spread([few.drive(seconds) / seconds / 3 * 1e3 for _ in range(runs)], ".2f"), "%.2f" % made)
+
+
+# -- lasers
+
+LASERED = (1, 10, 100)
+SCANS = OPEN + b"".join(p2os.encode_simulator_command(name, value) for name, value in (
+    ("SIM_LRF_SET_FOV_START", -90), ("SIM_LRF_SET_FOV_END", 90), ("SIM_LRF_SET_RES", 100), ("SIM_LRF_ENABLE", 2)))
+
+
+def lasers(seconds: float, runs: int) -> None:
+    """Measure robots that all scan 181 values ten times a second, over their own lines."""
+    table("robots", "ms for a robot and simulated second, no scans", "with 10 scans of 181 values", "robots per core")
+    for count in LASERED:
+        each = {}
+        for opening in (OPEN, SCANS):
+            rng = random.Random(1)
+            many = herd(floor(CROWDED_WALLS, rng), count, rng, opening, line_laser=True)
+            share = max(1.0, seconds / count)
+            many.drive(5.0)
+            each[opening] = [many.drive(share) / share / count for _ in range(runs)]
+        without, with_scans = each.values()
+        row(str(count), spread([one * 1e3 for one in without], ".2f"), spread([one * 1e3 for one in with_scans], ".2f"),
+            "%.0f" % (1.0 / statistics.median(with_scans)))
+    table("world", "robots", "simulated seconds per second of the processor, with 10 scans of 181 values")
+    for name in known_worlds():
+        robots = Simulation(load_world(name))
+        robots.add(MODEL, line_laser=True)
+        one = Herd(robots, SCANS)
+        one.drive(5.0)
+        row(name, "1", spread([seconds / one.drive(seconds) for _ in range(runs)], ".0f"))
+
+
+def lms200(seconds: float, runs: int) -> None:
+    """Measure a robot that drives through the office with an LMS200 on a line of its own, at each speed."""
+    table("line (baud)", "values", "scans a simulated second", "simulated seconds per second of the processor")
+    for baud, step in ((38400, 100), (500000, 100), (500000, 50)):
+        robots = Simulation(load_world("office"))
+        robot = robots.add(MODEL)
+        history = PoseHistory(robot, 0)
+        robots.on_step.append(history.note)
+        laser = LaserFirmware(Optics(robots.world, TYPICAL, 1, robot.hardware.body), history.pose_at,
+                              FirmwareNumbers(boot=0.0), fixed_baud=baud)
+        one = Herd(robots)
+        one.drive(0.1)
+        laser.run_to(robots.clock.now_us)       # now it is ready
+        for request in (lms2xx.SetVariant(180, step), lms2xx.SetMode(lms2xx.Mode.STREAM, b"")):
+            laser.receive(lms2xx.encode(request))
+        figures = []
+        for _ in range(runs + 1):
+            scans, spent = laser.device.operation.scans_sent, 0.0
+            for _ in range(round(seconds)):
+                spent += one.drive(1.0)
+                begin = time.process_time()
+                laser.run_to(robots.clock.now_us)
+                laser.take_sent()
+                spent += time.process_time() - begin
+            figures.append((seconds / spent, (laser.device.operation.scans_sent - scans) / seconds))
+        paces, rates = zip(*figures[1:])
+        row(str(baud), "181" if step == 100 else "361", "%.1f" % statistics.median(rates), spread(paces, ".0f"))
 
 
 # -- served: robots in a process of their own
@@ -242,7 +303,8 @@ def _served_run(server: subprocess.Popen, clients: List[Client], seconds: float)
     return after[0] - before[0], after[1] - before[1], sum(client.driver.sips for client in clients) - sips, after[2]
 
 
-PARTS = {"alone": (alone, 60.0, 7), "crowd": (crowd, 60.0, 5), "worlds": (worlds, 20.0, 5), "served": (served, 10.0, 5)}
+PARTS = {"alone": (alone, 60.0, 7), "crowd": (crowd, 60.0, 5), "worlds": (worlds, 20.0, 5), "served": (served, 10.0, 5),
+         "lasers": (lasers, 20.0, 5), "lms200": (lms200, 10.0, 5)}
 
 
 def main() -> None:

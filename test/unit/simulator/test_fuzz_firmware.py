@@ -15,7 +15,7 @@ from pioneer_control.simulator.firmware.commands import HANDLERS, Handler
 SEED = 11
 
 
-@pytest.mark.parametrize("name, number", [("strings", 8800), ("commands", 4400)])
+@pytest.mark.parametrize("name, number", [("strings", 8800), ("commands", 4400), ("laser", 3200)])
 def test_random_input_never_upsets_a_robot_of_any_family(name, number):
     make, longest = fuzz_firmware.KINDS[name]
     counts = fuzz_firmware.throw(make, number, SEED, longest, look_every=100)

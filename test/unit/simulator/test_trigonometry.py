@@ -8,6 +8,7 @@ import pathlib
 import random
 import struct
 
+import numpy as np
 import pytest
 
 from pioneer_control.simulator.world import poses as exact
@@ -20,6 +21,11 @@ VECTORS = [(random.Random(seed).uniform(-3.0, 3.0), random.Random(-seed).gauss(0
 @pytest.mark.parametrize("part, known", [(0, math.cos), (1, math.sin)])
 def test_a_unit_vector_is_cosine_and_sine(part, known):
     assert max(abs(exact.unit(angle)[part] - known(angle)) for angle in ANGLES) < 1e-13
+
+
+def test_many_unit_vectors_at_once_are_the_same_to_the_last_bit():
+    cosines, sines = exact.units(np.array(ANGLES))
+    assert list(zip(cosines.tolist(), sines.tolist())) == [exact.unit(angle) for angle in ANGLES]
 
 
 def test_the_unit_vector_ahead():

@@ -20,7 +20,7 @@ from ..world import World
 from ..world.crowd import Obstacle
 from ..world.geometry import Array
 from ..world.materials import Material
-from ..world.poses import Heading, Pose, along_arc, unit
+from ..world.poses import Pose, along_arc, unit, units
 from ..world.rays import LightRays, RayCaster, RayEnds
 from .ray_plans import RayPlan
 
@@ -40,6 +40,8 @@ PERFECT = replace(TYPICAL, bias=0.0, noise=0.0, spot=0.0, spot_growth=0.0, rays=
 
 MOST_LEGS = 6
 """So often a ray goes through glass, or is reflected, at most. Then it is lost."""
+KNOT = 0.007
+"""Longest time (s) between two poses of the laser that are asked for: half a turn of its mirror."""
 LEAVE = 1e-6
 """Distance (m) that a ray goes on from a pane or a mirror, so that it does not meet the same one again."""
 
@@ -98,7 +100,6 @@ class Optics:
         self._caster = RayCaster(world, numbers.farthest)
         self._carrier = carrier
         self._side = -1.0 if upside_down else 1.0
-        self._heading = Heading()
         middle = (numbers.rays - 1) / 2.0
         n = numbers
         self._reflectivity = np.array([     # by `Material`
@@ -155,11 +156,7 @@ class Optics:
 
     def _rays(self, plan: RayPlan, begin: float, pose_at: PoseAt) -> LightRays:
         """Return all rays across all spots, those of one spot together."""
-        if self.numbers.skew:
-            poses = [pose_at(begin + after) for after in plan.after]
-        else:
-            poses = [pose_at(begin + max(plan.after))] * len(plan.after)
-        x, y, forward_x, forward_y = np.array([(*pose[:2], *self._heading.unit(pose[2])) for pose in poses]).T
+        x, y, forward_x, forward_y = self._places(plan, begin, pose_at)
         to_x, to_y = _units(plan, self._side)
         to_x, to_y = forward_x * to_x - forward_y * to_y, forward_x * to_y + forward_y * to_x
         aside = np.array(self._across) * (self.numbers.spot / 2.0)
@@ -167,6 +164,23 @@ class Optics:
         to_x, to_y, x, y = to_x[:, None], to_y[:, None], x[:, None], y[:, None]
         return LightRays((x - to_y * aside).ravel(), (y + to_x * aside).ravel(),
                          (to_x * turned_x - to_y * turned_y).ravel(), (to_x * turned_y + to_y * turned_x).ravel())
+
+    def _places(self, plan: RayPlan, begin: float, pose_at: PoseAt) -> Tuple[Array, Array, Array, Array]:
+        """Return x and y of the laser when each ray was fired, and the unit vector of its heading.
+
+        Few poses are asked for. Between them the laser drives straight and turns evenly: at 1 m/s and 100 deg/s that is
+        wrong by less than 0.01 mm.
+        """
+        after = np.array(plan.after)
+        first, last = float(after.min()), float(after.max())
+        if not self.numbers.skew:
+            first, after = last, np.full(len(after), last)
+        legs = math.ceil((last - first) / KNOT) or 1
+        lasts = (last - first) / legs or 1.0
+        poses = np.array([pose_at(begin + first + lasts * leg) for leg in range(legs + 1)]).T
+        leg = np.minimum((after - first) / lasts, legs - 1).astype(int)
+        x, y, heading = poses[:, leg] + ((after - first) / lasts - leg) * (poses[:, leg + 1] - poses[:, leg])
+        return (x, y, *units(heading))
 
     def _echoes(self, distances: Array, lights: Array, draws: Array) -> Array:
         """Return the distance (m) that each spot gives, without bias and noise; infinite without an echo.

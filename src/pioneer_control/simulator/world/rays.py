@@ -183,28 +183,31 @@ class RayCaster:
                 if len(still):
                     _keep_nearest(ends, still, view.meetings(rays.some(still), sectors[still]))
                     still = still[ends.distance[still] > NEAR]
-        self._meet_bodies(ends, rays, carrier)
+        self._meet_bodies(ends, rays, sectors, carrier)
         too_far = np.flatnonzero(~(ends.distance <= self._maximum))
         for column, nothing in zip(ends, (np.inf, 0.0, 0.0, 0)):
             column[too_far] = nothing
         return ends
 
-    def _meet_bodies(self, ends: RayEnds, rays: LightRays, carrier: Optional[Obstacle]) -> None:
+    def _meet_bodies(self, ends: RayEnds, rays: LightRays, sectors: Array, carrier: Optional[Obstacle]) -> None:
         """Let rays end at bodies that are nearer than what they have met."""
-        bodies = [body for body in self._world.crowd.near(float(rays.x[0]), float(rays.y[0]), self._maximum, carrier)
+        first_x, first_y = float(rays.x[0]), float(rays.y[0])
+        bodies = [body for body in self._world.crowd.near(first_x, first_y, self._maximum, carrier)
                   if body is not carrier]
         if not bodies:
             return
-        x, y, reach = np.array([(*body.pose[:2], body.reach) for body in bodies]).T
-        x, y = x - rays.x[:, None], y - rays.y[:, None]
-        to_x, to_y = rays.to_x[:, None], rays.to_y[:, None]
-        ahead = x * to_x + y * to_y
-        may = (np.abs(to_x * y - to_y * x) <= reach) & (ahead >= -reach) & (ahead - reach < ends.distance[:, None])
-        ray, number = np.nonzero(may)
-        if len(ray):
-            numbers, keys = np.unique(number, return_inverse=True)
+        discs = Solids(np.empty((0, 4)), np.array([(*body.pose[:2], body.reach) for body in bodies]))
+        spread = float((np.abs(rays.x - first_x) + np.abs(rays.y - first_y)).max()) + _SPARE
+        ray, number = _lists(audible(discs, first_x, first_y, spread, self._rights, self._lefts)).pairs(sectors)
+        x, y, to_x, to_y = rays.some(ray)
+        middle_x, middle_y, reach = (column[number] for column in discs.posts.T)
+        middle_x, middle_y = middle_x - x, middle_y - y
+        ahead, aside = to_x * middle_x + to_y * middle_y, to_x * middle_y - to_y * middle_x
+        may = np.flatnonzero((np.abs(aside) <= reach) & (ahead >= -reach) & (ahead - reach < ends.distance[ray]))
+        if len(may):
+            numbers, keys = np.unique(number[may], return_inverse=True)
             view = _view_of_bodies([bodies[each] for each in numbers.tolist()])
-            _keep_nearest(ends, ray, view.meetings(rays.some(ray), keys))
+            _keep_nearest(ends, ray[may], view.meetings(rays.some(ray[may]), keys))
 
     def _look(self, column: int, row: int) -> List[_View]:
         """Return what rays can meet that begin in this square of floor, or not farther than `_ROOM` from it: first the
