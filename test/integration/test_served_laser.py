@@ -21,6 +21,7 @@ from pioneer_control.robots import find_model
 from pioneer_control.simulator import Simulation, load_world, simulate
 from pioneer_control.simulator.line import LaserPorts, Server, fault_of
 from pioneer_control.simulator.lms200 import PERFECT, FirmwareNumbers
+from pioneer_control.simulator.world.materials import Material
 
 from client_lines import SpoiltLine
 from real_time import LIMIT, until
@@ -125,6 +126,14 @@ def test_the_robots_own_line_is_as_it_was():
             first.wait_for(ScanHeard)
             second.wait_for(ScanHeard)
             assert all(robot.open_session is None for robot in server.simulation.robots)
+
+
+def test_a_robot_whose_laser_is_on_may_dazzle_another():
+    with served(faults=[fault_of("power from 0.5 to 1.5")]) as server:
+        body, laser = server.simulation.robots[0].hardware.body, server.lasers[0].laser
+        until(lambda: body.material is Material.LASER, "it is ready")
+        until(lambda: not laser.is_ready and body.material is Material.ROBOT, "it has no power")
+        until(lambda: body.material is Material.LASER, "it has power again")
 
 
 def test_it_sees_another_robot_that_comes():

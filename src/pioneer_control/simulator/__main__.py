@@ -139,8 +139,11 @@ def played_robot(options: argparse.Namespace) -> PlayedRobot:
     """Return the played robot of the recording that option --play names.
 
     Raises:
-        UsageError: the recording is not legal.
+        UsageError: the recording is not legal, or a laser is wanted.
     """
+    if options.laser == ROBOTS_LINE:
+        raise UsageError("a laser over the robot's line is for simulated robots: a record has nothing of what it would"
+                         " see. Leave out --laser or --play")
     return PlayedRobot(
         read_record(options.play), options.robot,
         lambda time, sentence: say("%.3f s of the record: %s" % (time, sentence)))

@@ -254,6 +254,7 @@ def test_a_record_to_which_no_client_could_connect(record, message):
 
 
 @pytest.mark.parametrize("arguments, text, message", [
+    (["--play", "--laser", "line"], "\n".join(map(written, TWO)), "a laser over the robot's line is for simulated"),
     (["--play"], "what?", "line 1 of the record: 'what?' is not"),
     (["--play"], "\n".join(map(written, TWO[8:14])), "no connection begins"),
     (["--play", "--robot", "2"], "\n".join(map(written, TWO)), "nothing that a robot 2 said"),
