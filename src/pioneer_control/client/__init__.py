@@ -31,6 +31,7 @@ Open ``robot.py`` first, then ``session.py`` and ``phases.py``. All files, from 
 ``tuning``         settings of the robot itself: their table, and the result of each
 ``tuner``          sends these settings, and checks that the robot took them
 ``odometry``       turns 15-bit counts into an exact pose
+``corrected_odometry``  the same, with the factors of a calibrated robot
 ``gripper``        gripper commands and gripper readings
 ``gyro``           turns raw gyro readings into turn rates
 ``identity``       joins what the robot reports about itself with the table of models

@@ -22,9 +22,14 @@ def is_for_client(identity: RobotIdentity) -> bool:
 
 
 class GyroReader:
-    """Turns GYROpacs into turn rates. It learns the zero of the gyro while the robot stands."""
+    """Turns GYROpacs into turn rates. It learns the zero of the gyro while the robot stands.
 
-    def __init__(self) -> None:
+    Args:
+        factor: how far this robot turns for each turn that its gyro measures; see RobotModel.
+    """
+
+    def __init__(self, factor: float = 1.0) -> None:
+        self._rad_s_per_unit = RAD_S_PER_UNIT * factor
         self._centre = NOMINAL_CENTRE
         self._at_rest = 0
 
@@ -40,4 +45,4 @@ class GyroReader:
             if standing and abs(rate - NOMINAL_CENTRE) <= NEAR_CENTRE:
                 self._at_rest = min(self._at_rest + 1, MOST_AT_REST)
                 self._centre += (rate - self._centre) / self._at_rest
-        return (self._centre - sum(rates) / len(rates)) * RAD_S_PER_UNIT
+        return (self._centre - sum(rates) / len(rates)) * self._rad_s_per_unit

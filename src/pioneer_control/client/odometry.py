@@ -97,9 +97,12 @@ class Odometry:
         """Sum of all turning since the first packet (rad, counter-clockwise positive)."""
         return self.heading_units * self._rad_per_unit
 
-    def fits(self, mm_per_count: float, units_per_turn: int) -> bool:
-        """Return whether this odometry uses these units, so that it can go on with another connection."""
-        return (self._mm_per_count, self._units_per_turn) == (mm_per_count, units_per_turn)
+    def fits(self, mm_per_count: float, units_per_turn: int, correction: Tuple[float, float] = (1.0, 0.0)) -> bool:
+        """Return whether this odometry uses these units, so that it can go on with another connection.
+
+        ``correction``: that of a CorrectedOdometry. This odometry corrects nothing: (1, 0).
+        """
+        return (self._mm_per_count, self._units_per_turn) == (mm_per_count, units_per_turn) and correction == (1.0, 0.0)
 
     def rebase(self) -> None:
         """Take the next packet as the beginning of a new robot frame. The pose does not change."""

@@ -27,6 +27,7 @@ from .identity import CONFIG, RobotIdentity, identify
 from .line import LONGEST_QUEUE
 from .link import Failed, Gone, Learned, Left, Link, Named, Outcome, Phase, Procedure, Recognised, SteppedPhase
 from .link_check import LinkCheck
+from .corrected_odometry import odometry_of
 from .odometry import Odometry
 from .settings import Settings
 from .state import StateReader
@@ -139,9 +140,8 @@ class Connected(Phase):
     odometry: Odometry
 
     def __init__(self, link: Link, before: Opening, learned: Learned) -> None:
-        model, odometry = before.model, before.odometry
-        if odometry is None or not odometry.fits(model.dist_mm_per_unit, model.angle_units_per_rev):
-            odometry = Odometry(model.dist_mm_per_unit, model.angle_units_per_rev)
+        model = before.model
+        odometry = odometry_of(model, before.odometry)
         super().__init__(link, odometry)
         self.own_baud = before.own_baud
         self._reply, self._model, self._config = before.reply, model, learned.config

@@ -149,6 +149,8 @@ class StateReader:
             angular = (right - left) / 2 * 1000 * model.diff_rad_per_mm
         else:
             angular = math.radians(sip.rotation_velocity_ddeg_s / 10)
+        linear = (left + right) / 2
+        angular = angular * model.turn_factor + linear * model.curve_rad_per_m
         state: RobotState = made(RobotState, {
             **self._status,
             "time": time,
@@ -156,7 +158,7 @@ class StateReader:
             "x": x,
             "y": y,
             "heading": heading,
-            "linear": (left + right) / 2,
+            "linear": linear,
             "angular": angular,
             "wheel_velocities": (left, right),
             "wheel_angles": self._wheel_angles(),

@@ -109,6 +109,10 @@ class RobotModel:
     ``length_front`` and ``length_rear`` begin at the centre of rotation. ``sonar`` holds the fitted transducers in the
     order of their numbers, which may have gaps. ``wheel_radius`` is None when it is not known, and so is ``laser``, the
     place of the first laser, if one is fitted. ``shape`` is for pictures only.
+
+    The last three correct what one robot measures: ``turn_factor`` is how far it turns for each turn that it counts,
+    ``curve_rad_per_m`` how far it turns besides for each metre ahead, and ``gyro_factor`` how far it turns for each
+    turn that its gyro measures, where the client reads the gyro.
     """
 
     subtype: str
@@ -133,6 +137,9 @@ class RobotModel:
     shape: BodyShape
     wheel_radius: Optional[float] = None
     laser: Optional[LaserPlace] = None
+    turn_factor: float = 1.0
+    curve_rad_per_m: float = 0.0
+    gyro_factor: float = 1.0
 
     @property
     def angle_rad_per_unit(self) -> float:

@@ -60,6 +60,9 @@ MODEL_KEYS: Dict[str, Key] = {
     "battery_v": Key("battery_class", Whole(6)),
     "can_carry_gripper": Key("can_carry_gripper", Switch()),
     "wheel_radius_mm": Key("wheel_radius", Number(0), lambda value_mm: value_mm / 1000.0 or None),
+    "turn_factor": Key("turn_factor", Number(0.5, 2)),
+    "curve_deg_per_m": Key("curve_rad_per_m", Number(-45, 45), math.radians),
+    "gyro_factor": Key("gyro_factor", Number(0.5, 2)),
 }
 LASER_KEYS: Dict[str, Key] = {
     "x_mm": Key("x", Number(-2000, 2000), _metres),
@@ -69,7 +72,7 @@ LASER_KEYS: Dict[str, Key] = {
 }
 NOT_NEEDED = ("z_mm",)
 """The keys of `LASER_KEYS` that a laser may leave out."""
-DEFAULTS = {"wheel_radius_mm": 0}
+DEFAULTS = {"wheel_radius_mm": 0, "turn_factor": 1, "curve_deg_per_m": 0, "gyro_factor": 1}
 """The keys that a model in the file may leave out, and their default values."""
 GRIPPER_KEYS: Dict[str, Key] = {
     "paddle_start_mm": Key("paddle_start", Number(0), _metres),

@@ -53,3 +53,7 @@ def test_a_robot_that_is_turned_by_hand_is_not_at_rest():
 
 def test_an_empty_packet_says_nothing():
     assert GyroReader().rate(packet(), standing=True) is None
+
+
+def test_a_gyro_that_is_calibrated():
+    assert GyroReader(0.9).rate(packet(412), False) == pytest.approx(90 * PER_UNIT)

@@ -6,6 +6,7 @@ import math
 import pytest
 
 from pioneer_control import p2os
+from pioneer_control.client.corrected_odometry import odometry_of
 from pioneer_control.client.gripper import read_gripper, read_pioneer_1_gripper
 from pioneer_control.client.identity import identify
 from pioneer_control.client.odometry import Odometry
@@ -75,6 +76,16 @@ def test_a_robot_in_trouble():
 def test_without_rotvel_the_wheels_say_how_fast_it_turns():
     state = reader().read(sip(left_velocity_units=190, right_velocity_units=210, rotation_velocity_ddeg_s=None), 0.0)
     assert state.angular == pytest.approx(10 * find_model("p3dx-sh").diff_rad_per_mm)
+
+
+def test_a_calibration_corrects_the_turn_rate_that_is_reported():
+    """5 deg/s by its count, 2 % more, and 0.02 rad in each of 0.2 m/s."""
+    identity = reader().identity
+    model = dataclasses.replace(identity.model, turn_factor=1.02, curve_rad_per_m=0.02)
+    corrected = StateReader(dataclasses.replace(identity, model=model), odometry_of(model))
+    state = corrected.read(
+        sip(left_velocity_units=190, right_velocity_units=210, rotation_velocity_ddeg_s=50), 0.0, 0.0)
+    assert state.angular == pytest.approx(math.radians(5.1) + 0.004) and state.linear == pytest.approx(0.2)
 
 
 def test_the_time_on_the_line_is_taken_off():

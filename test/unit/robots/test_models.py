@@ -261,3 +261,20 @@ def test_a_model_without_a_shape_is_drawn_as_a_box(user_file):
 def test_a_shape_that_makes_no_sense(user_file, text, message):
     with pytest.raises(UsageError, match=message):
         load_table(user_file(text))
+
+
+def test_the_factors_of_a_calibration(user_file):
+    plain = find_model("p3dx-sh")
+    assert (plain.turn_factor, plain.curve_rad_per_m, plain.gyro_factor) == (1.0, 0.0, 1.0)
+    file = user_file("models: {p3dx-sh: {turn_factor: 1.02, curve_deg_per_m: -1.5, gyro_factor: 0.97}}")
+    found = find_model("p3dx-sh", file)
+    assert (found.turn_factor, found.curve_rad_per_m, found.gyro_factor) == (1.02, math.radians(-1.5), 0.97)
+
+
+@pytest.mark.parametrize("line, reason", [
+    ("turn_factor: 0", "turn_factor is 0, but must be a number from 0.5 to 2"),
+    ("turn_factor: .nan", "turn_factor is nan"), ("curve_deg_per_m: 90", "curve_deg_per_m is 90"),
+    ("gyro_factor: -1", "gyro_factor is -1")])
+def test_factors_that_no_robot_has(user_file, line, reason):
+    with pytest.raises(UsageError, match=reason):
+        load_table(user_file("models: {p3dx-sh: {%s}}" % line))
