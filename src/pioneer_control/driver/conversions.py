@@ -17,7 +17,7 @@ from tf2_msgs.msg import TFMessage
 from .. import p2os, standard_messages
 from ..client import GripperReading, RobotIdentity, RobotState
 from ..message_values import NO_ECHO, NOT_HEARD, GripStatus, LiftStatus, quaternion_of
-from ..msg import IO, GripperState, GripState, LiftState, RobotInfo, SonarArray
+from ..msg import IO, Calibration, GripperState, GripState, LiftState, RobotInfo, SonarArray
 from ..robots import Transducer
 from .parameters import UNKNOWN, DriverParameters
 
@@ -29,6 +29,8 @@ COMPASS_VARIANCE = 0.01
 """The variance (rad^2) of a compass heading. A floor can bend the earth's magnetic field by some degrees."""
 GYRO_VARIANCE = 1e-4
 """The variance ((rad/s)^2) of a turn rate from the gyro."""
+UNKNOWN_DRIFT = -0x8000
+"""DriftFactor in a Calibration message of a robot that does not report it."""
 NOT_MEASURED = [-1.0] + [0.0] * 8
 """The covariance for a field of sensor_msgs/Imu that is not measured (REP 145)."""
 
@@ -243,3 +245,16 @@ def robot_info(identity: RobotIdentity, stamp: Any, base_link_frame: str) -> Rob
     message.firmware = identity.firmware or ""
     message.max_linear, message.max_angular = identity.max_linear, identity.max_angular
     return message
+
+
+def calibration_numbers(identity: RobotIdentity) -> Tuple[int, int, int, int]:
+    """Return TicksMM, RevCount, DriftFactor and the kind of gyro, as the topic ``calibration`` tells them."""
+    config = identity.config
+    assert config is not None
+    return (config.ticks_per_mm or 0, config.rev_count or 0,
+            UNKNOWN_DRIFT if config.drift_factor is None else config.drift_factor, config.has_gyro or 0)
+
+
+def calibration(identity: RobotIdentity, stamp: Any) -> Calibration:
+    """Return the message for the topic ``calibration``: what the robot itself reports of its calibration."""
+    return Calibration(Header(stamp=stamp), *calibration_numbers(identity))

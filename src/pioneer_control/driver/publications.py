@@ -18,7 +18,8 @@ from ..client import Event, PacketReceived, Ready, RobotIdentity, RobotState, Tu
 from ..client.gripper import is_on_general_io, with_switches
 from ..client.gyro import GyroReader, is_for_client
 from ..message_values import NO_ECHO
-from ..msg import AIO, DIO, IO, BatteryState, Bumpers, Encoders, GripperState, MotorState, RobotInfo, SonarArray, Stall
+from ..msg import (AIO, DIO, IO, BatteryState, Bumpers, Calibration, Encoders, GripperState, MotorState, RobotInfo,
+                   SonarArray, Stall)
 from ..robots import RobotModel
 from . import conversions
 from .parameters import DriverParameters
@@ -171,6 +172,10 @@ class Publications(rospy.SubscribeListener):
             PublishedTopic(
                 "robot_info", RobotInfo, RobotIdentity,
                 lambda identity, stamp: conversions.robot_info(identity, stamp, base), latch=lambda identity: identity),
+            PublishedTopic(
+                "calibration", Calibration, RobotIdentity,
+                lambda identity, stamp: conversions.calibration(identity, stamp),
+                lambda identity: identity.config is not None, latch=conversions.calibration_numbers),
         )
 
     def state(self, state: RobotState) -> None:
@@ -201,7 +206,7 @@ class Publications(rospy.SubscribeListener):
         """Take the identity of the connected robot, advertise its topics, and publish what depends on the identity."""
         with self._lock:
             if self._identity is None or self._identity.name != identity.name:
-                self._has_compass, self._switches, self._gyro = False, None, GyroReader()
+                self._has_compass, self._switches, self._gyro = False, None, GyroReader(identity.model.gyro_factor)
             self._identity = identity
             self._advertise()
             self._publish(RobotIdentity, identity, rospy.Time.now())

@@ -133,8 +133,8 @@ ON_REQUEST = {"io", "encoders", "joystick"}
     (identity_of("p3dx-sh"), SONAR | ON_REQUEST | {"joint_states"}),
     (identity_of("p3dx-sh", gripper=True), SONAR | ON_REQUEST | {"joint_states", "gripper_state"}),
     (identity_of("peoplebot-sh"), SONAR | ON_REQUEST | {"joint_states", "bumpers"}),
-    (identity_of("p3dx-sh", has_gyro=1), SONAR | ON_REQUEST | {"joint_states", "imu"}),
-    (identity_of("p3dx-sh", has_gyro=2), SONAR | ON_REQUEST | {"joint_states"}),
+    (identity_of("p3dx-sh", has_gyro=1), SONAR | ON_REQUEST | {"joint_states", "imu", "calibration"}),
+    (identity_of("p3dx-sh", has_gyro=2), SONAR | ON_REQUEST | {"joint_states", "calibration"}),
     (identity_of("p2dx"), SONAR | {"io", "encoders"}),      # nobody knows its wheels, and it has no JOYSTICKpac
     (identity_of("pion1m"), SONAR),                         # PSOS has none of these packets
     (identity_of("wheelchair-sh"), ON_REQUEST | {"bumpers"}),
@@ -397,3 +397,17 @@ def test_the_parameters_of_frames(topics, requested, given, frames):
         for message in topics[name].published}
     assert named | {topics["sonar_ranges"].published[0].header.frame_id} == frames
     assert topics["sonar_ranges"].published[0].header.frame_id in {transform.child_frame_id for transform in static}
+
+
+def test_the_robots_own_calibration_is_told_when_it_changes(driver, topics):
+    driver.identity(identity_of("p3dx-sh", ticks_per_mm=128, rev_count=16570, drift_factor=-3, has_gyro=1))
+    driver.identity(identity_of("p3dx-sh", ticks_per_mm=128, rev_count=16570, drift_factor=-3, has_gyro=1))
+    driver.identity(identity_of("p3dx-sh", ticks_per_mm=125, rev_count=16570, drift_factor=-3, has_gyro=1))
+    told = [(each.ticks_mm, each.rev_count, each.drift_factor, each.gyro) for each in topics["calibration"].published]
+    assert told == [(128, 16570, -3, 1), (125, 16570, -3, 1)] and topics["calibration"].latch
+
+
+def test_what_the_robot_does_not_report_of_its_calibration_is_not_known(driver, topics):
+    driver.identity(identity_of("p3dx-sh", rev_count=16570))
+    told, = topics["calibration"].published
+    assert (told.ticks_mm, told.rev_count, told.drift_factor, told.gyro) == (0, 16570, -0x8000, 0)
