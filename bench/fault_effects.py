@@ -61,6 +61,7 @@ OPTIONS = (
     ("wheels", dict(wider_apart=0.05)),
     ("wheels", dict(slip=0.1)),
     ("wheels", dict(noise=0.01)),
+    ("wheels", dict(left_slip=0.1)),
     ("sonar", dict(cone_deg=8)),
     ("sonar", dict(maximum=2.0)),
     ("sonar", dict(specular_deg=8)),

@@ -117,3 +117,25 @@ def test_a_gyro_feels_the_true_turn():
     bench = Bench(numbers=fused, gripper=False).open().send("DHEAD", 90).wait(6, alive=True)
     assert bench.robot.hardware.odometry.pose[2] == pytest.approx(bench.robot.true_pose[2], abs=1e-9)
     assert bench.robot.hardware.odometry.pose[2] < math.radians(90.0)
+
+
+def test_a_left_wheel_without_grip_loses_another_share_on_each_patch():
+    slipping = errors(left_slip=0.5)
+    lost = []
+    for _ in range(400):
+        forward, turn = slipping.moved(0.06, 0.0)
+        lost.append(2.0 * (0.06 - forward) / 0.06)
+        assert turn == pytest.approx(0.06 * lost[-1] / 2.0 * RAD_PER_METRE)     # to the left
+    assert 0.0 <= min(lost) and max(lost) <= 0.5 and statistics.mean(lost) == pytest.approx(0.25, abs=0.05)
+    assert len({round(each, 9) for each in lost}) == pytest.approx(80, abs=1)   # 24 m, five steps on each patch
+
+
+def test_a_gyro_of_the_client_that_measures_too_much():
+    made = dataclasses.replace(numbers(), gyro=dataclasses.replace(standard_numbers().gyro, kind=1, larger=0.1))
+    bench = Bench(numbers=made, gripper=False).open().send("DHEAD", 90)
+    gyro, measured = bench.robot.hardware.gyro, 0.0
+    for _ in range(60):
+        bench.wait(0.1, alive=True)
+        measured += sum(512 - reading for reading, _ in gyro.take_readings()) * 0.025
+    unit = math.radians(5.0 / 1023.0 * 300.0 / 2.5 * 1.626)
+    assert measured * unit == pytest.approx(1.1 * bench.robot.true_pose[2], rel=0.01)

@@ -53,7 +53,7 @@ class RateGyro:
         self._numbers = numbers
         self.kind = numbers.kind
         self.drift = 0.0
-        self._unit = math.radians(5.0 / 1023.0 * 300.0 / 2.5 * numbers.scaler)
+        self._unit = math.radians(5.0 / 1023.0 * 300.0 / 2.5 * numbers.scaler) / (1.0 + numbers.larger)
         self._readings: Deque[int] = collections.deque(maxlen=GYRO_KEPT)
         self._angle = self._angle_read = self._left_over = 0.0
         self._next_us = 0

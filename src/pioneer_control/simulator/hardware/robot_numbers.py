@@ -76,10 +76,12 @@ SHARE = Number(0, 1)
 LEGAL: Mapping[str, Any] = {
     "session.host_baud": Choice(tuple(BAUD_RATES)),
     "gyro.kind": Whole(0, 2),
+    "gyro.larger": Number(-0.5, 0.5),
     "wheels.larger": Number(-0.5, 0.5),
     "wheels.right_larger": Number(-0.5, 0.5),
     "wheels.wider_apart": Number(-0.5, 0.5),
     "wheels.slip": Number(0, 0.9),
+    "wheels.left_slip": Number(0, 0.9),
     "wheels.noise": Number(0, 0.1),
     "sonar.maximum": Number(0.2, 30),
     "sonar.cone_deg": Whole(1, 90),
@@ -152,6 +154,7 @@ class GyroNumbers:
     kind: int
     scaler: float
     centre: int
+    larger: float
     temperature: int
 
 
@@ -200,6 +203,7 @@ class WheelNumbers:
     right_larger: float
     wider_apart: float
     slip: float
+    left_slip: float
     noise: float
 
 

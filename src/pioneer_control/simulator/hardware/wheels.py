@@ -16,6 +16,8 @@ from .robot_numbers import WheelNumbers
 
 REV_COUNT = 16570
 """RevCount at power-on: encoder ticks of one full turn of the robot."""
+PATCH = 0.25
+"""Way (m) after which a wheel that lost its grip loses another share."""
 WIDEST_DRAW = math.sqrt(3.0)
 """Half the width of a uniform distribution whose standard deviation is 1."""
 
@@ -101,17 +103,29 @@ class WheelErrors:
         self._rad_per_metre = rad_per_metre
         self._really_rad_per_metre = rad_per_metre / (1.0 + numbers.wider_apart)
         self._slip, self._noise = numbers.slip, numbers.noise
+        self._left_slip, self._left_loses, self._patch_left = numbers.left_slip, 0.0, 0.0
         self._random = random.Random("wheels %s" % seed)
-        self._none = not any((numbers.larger, numbers.right_larger, numbers.wider_apart, numbers.slip, numbers.noise))
+        self._none = not any((numbers.larger, numbers.right_larger, numbers.wider_apart, numbers.slip,
+                              numbers.left_slip, numbers.noise))
 
     def moved(self, distance: float, turn: float) -> Motion:
         """Return the real motion of the body (m, rad), when the wheels turn as for `distance` (m) and `turn` (rad)."""
         if self._none:
             return distance, turn
         difference = turn / self._rad_per_metre
-        left = self._on_floor((distance - difference) * self._left_scale)
+        left = self._on_floor(self._gripped((distance - difference) * self._left_scale))
         right = self._on_floor((distance + difference) * self._right_scale)
         return (left + right) / 2.0, (right - left) / 2.0 * self._really_rad_per_metre
+
+    def _gripped(self, way: float) -> float:
+        """Return what is left of the way (m) of a left wheel that loses a share of it, another one on each patch."""
+        if self._left_slip:
+            self._patch_left -= abs(way)
+            if self._patch_left <= 0.0:
+                self._patch_left = PATCH
+                self._left_loses = self._random.uniform(0.0, self._left_slip)
+            way *= 1.0 - self._left_loses
+        return way
 
     def _on_floor(self, way: float) -> float:
         """Return the distance (m) that one wheel moves over the floor while it rolls `way` (m), with slip and noise.
