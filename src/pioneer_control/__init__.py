@@ -18,6 +18,7 @@ The folders:
 ``navigation`` where the robot is, what the map is, how it gets to a goal: with sonar alone
 ``tutorial``   the ``Pioneer`` class, which wanders and picks up cans
 ``teleop``     drive a robot by hand, with the keys of a terminal or a gamepad
+``calibration``  what the wheels of a robot measure wrongly, with a tape measure
 ``bags``       record runs in bags, replay them and draw them
 ``web``        the page in a browser: see robots, and drive them by hand
 ``service``    a launch file that starts at boot, as a systemd service

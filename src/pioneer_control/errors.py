@@ -14,7 +14,8 @@
     │   └── LinkLostError       the link worked, then it broke
     └── RobotError          at the robot: it answers, but does not do what it was asked to do
         ├── RefusedError        it refuses, and the reason is known (STOP button pressed, ...)
-        └── NotConfirmedError   it never confirms that it did it (also a TimeoutError)
+        ├── NotConfirmedError   it never confirms that it did it (also a TimeoutError)
+        └── CalibrationError    its runs do not allow to calibrate it
 
 The error message states what was tried, what came back, and what the user can do.
 """
@@ -70,3 +71,7 @@ class RefusedError(RobotError):
 
 class NotConfirmedError(RobotError, TimeoutError):
     """The robot received a request several times, and never confirmed that it did what was asked."""
+
+
+class CalibrationError(RobotError):
+    """The runs of a robot do not allow to calibrate it: they contradict each other, or no wheel can be so wrong."""

@@ -61,14 +61,17 @@ ROOMS = {
     # robots: where the sonar of an old bag looks; vcc4: what a camera sees
     "bags": {"message_values", "parameters", "port_url", "ros_node", "standard_messages", "whole_file", "pictures",
              "p2os", "vcc4", "robots", "msg"},
+    # client: the table of the robot's own numbers; tutorial: Pioneer, and what it sees; teleop: the key that is held
+    "calibration": {"floor_poses", "message_values", "parameters", "ros_node", "whole_file", "robots", "client",
+                    "tutorial", "teleop", "bags", "msg"},
     # no simulator: the page shows it as it shows any robot, and starts it as a program
     "web": {"interrupt", "message_values", "parameters", "port_url", "ros_node", "whole_file", "p2os", "robots",
             "client", "bags", "msg"},
 }
 # Files that may use ROS, by the start of their path in the package.
 ROS_PLACES = ("ros_node.py", "diagnostics_thread.py", "standard_messages.py", "description/node.py", "driver/",
-              "tutorial/", "bags/", "teleop/node.py", "laser/node.py", "navigation/node/", "web/graph.py",
-              "web/graph_navigation.py", "web/node.py", "simulator/node.py", "service/launched.py",
+              "tutorial/", "bags/", "teleop/node.py", "laser/node.py", "calibration/node.py", "navigation/node/",
+              "web/graph.py", "web/graph_navigation.py", "web/node.py", "simulator/node.py", "service/launched.py",
               "service/command_line.py")
 ROS_MODULES = {"rospy", "tf", "tf2_ros", "dynamic_reconfigure", "genpy", "rosbag", "rosgraph", "roslaunch", "roslib",
                "rospkg", "rostest", "rostopic", "nav_msgs", "geometry_msgs", "sensor_msgs", "std_msgs", "std_srvs",
