@@ -105,7 +105,8 @@ def main() -> None:
         begin = time.monotonic()
         output("systemctl", "stop", NAME)
         print("stopped while it drives: %.1f s; robot stands: %s" % (time.monotonic() - begin, robot.stands), state())
-        print("master with it:", output("systemctl", "is-active", NAME + "-master").strip())
+        print("master with it, after %.1f s" % wait_for("its end", lambda: output(
+            "systemctl", "is-active", NAME + "-master").strip() == "inactive"))
         for words in (("prot:=/dev/ttyS0",), ("baud:=12345",)):
             print("installed with %s:" % words[0], install(options.user, *words).strip().splitlines()[-1])
         wait_for("the end", lambda: "failed" in state())

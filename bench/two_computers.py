@@ -230,6 +230,8 @@ def main() -> None:
     folder = pathlib.Path(tempfile.mkdtemp())
     desk, robot1 = Computer("desk"), Computer("robot1")
     robot = None
+    log_path = folder / "roslaunch.log"
+    log = open(str(log_path), "w")
     build()
     for computer in (desk, robot1) if options.sysctl else ():
         print(output("sysctl", "-w", *options.sysctl, before=computer.words), end="")
@@ -237,21 +239,21 @@ def main() -> None:
         robot = TrueRobot(str(folder / "truth"), PORT, robot1.words)
         print("master and driver on the robot's computer, the program on the desk; the cable is pulled for", flush=True)
         robot1.start("roslaunch", "pioneer_control", "pioneer.launch", "port:=socket://localhost:%d" % PORT,
-                     environment=robot1.environment("robot1"))
+                     environment=robot1.environment("robot1"), out=log)
         motors_on(robot1, "robot1", "pioneer")
         measure(robot, desk, "robot1", "pioneer", options.outages, options.repeat)
         robot1.end()
 
         print("master and roslaunch on the desk, the driver by <machine> on the robot's computer", flush=True)
         access = serve_ssh(robot1, folder)
-        log = open(str(folder / "roslaunch.log"), "w")
         desk.start("roslaunch", "pioneer_control", "fleet_machines.launch", "robots:=robot1", "user:=root",
                    "loader:=" + access["LOADER"], "port:=socket://localhost:%d" % PORT,
                    environment=dict(desk.environment("desk"), **access), out=log)
         motors_on(desk, "desk", "robot1")
         measure(robot, desk, "desk", "robot1", options.outages, options.repeat)
-        print("what roslaunch said:", *[line for line in (folder / "roslaunch.log").read_text().splitlines()
-                                        if "robot1" in line][-8:], sep="\n    ")
+    except TimeoutError:
+        print(*log_path.read_text().splitlines()[-20:], sep="\n")
+        raise
     finally:
         desk.end()
         robot1.end()

@@ -126,6 +126,14 @@ def test_golden_bytes_are_explained(installed):
     assert installed.command("p2os-explain", "FA FB 06 0B 1B C8 00 D3 1C").returncode == 1
 
 
+def test_a_reader_may_close_its_end(installed):
+    with subprocess.Popen([str(installed.bin / "p2os-explain"), "--from-robot", *["FA FB 06 0B 1B C8 00 D3 1B"] * 5000],
+                          env=installed.environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as explaining:
+        explaining.stdout.readline()
+        explaining.stdout.close()
+        assert explaining.stderr.read() == b"" and explaining.wait(LIMIT) == 0
+
+
 def test_the_client_finds_the_simulated_robot(installed):
     with subprocess.Popen([str(installed.bin / "pioneer-simulator"), "--tcp", "0"], env=installed.environment,
                           stdout=subprocess.PIPE, universal_newlines=True) as simulator:

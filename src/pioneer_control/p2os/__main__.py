@@ -38,14 +38,15 @@ def main(arguments: Optional[List[str]] = None) -> int:
                 print(line)
             return 0
         data = parse_hex(sys.stdin.read() if not options.bytes and not sys.stdin.isatty() else " ".join(options.bytes))
+        if not data:
+            raise UsageError("no bytes given; try: FA FB 06 0B 1B C8 00 D3 1B")
+        lines = explain(data, not options.from_robot, not options.to_robot, not options.port_first)
+        print("\n".join(lines), flush=True)
     except UsageError as error:
         parser.error(str(error))
     except BrokenPipeError:     # a reader such as `head` has seen enough; Python must not flush to it either
         sys.stdout = open(os.devnull, "w")
         return 0
-    if not data:
-        parser.error("no bytes given; try: FA FB 06 0B 1B C8 00 D3 1B")
-    print("\n".join(explain(data, not options.from_robot, not options.to_robot, not options.port_first)))
     return 0 if not any(piece.wrong for piece in pieces(data)) else 1
 
 

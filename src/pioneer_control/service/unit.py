@@ -96,12 +96,11 @@ def master_command(service: Service) -> Tuple[str, ...]:
 def _in_workspace(service: Service, *words: str) -> Tuple[str, ...]:
     """Return a command behind the setup.bash of the workspace, if there is one.
 
-    bash reads that in a function, for catkin's file takes the arguments that it finds for its own. Without the trap
-    bash would let a SIGINT pass that comes meanwhile.
+    bash reads that in a function, for catkin's file takes the arguments that it finds for its own.
     """
     if not service.setup:
         return words
-    return ("/bin/bash", "-c", 'trap "exit 0" INT; setup() { . "$0"; }; setup && exec "$@"', service.setup, *words)
+    return ("/bin/bash", "-c", 'setup() { . "$0"; }; setup && exec "$@"', service.setup, *words)
 
 
 def environment(service: Service) -> Tuple[Tuple[str, str], ...]:
@@ -183,8 +182,9 @@ def _text(about: List[str], service: Service, start: Tuple[str, ...], restart_af
         "Restart=on-failure",
         "RestartSec=%d" % restart_after,
         *more,
-        "# SIGINT goes to roslaunch alone, which ends its nodes in order: robots stop, and motors go off.",
-        "KillSignal=SIGINT",
+        "# SIGTERM goes to roslaunch alone, which ends its nodes in order: robots stop, and motors go off.",
+        "# (SIGINT can get lost while roslaunch starts: it has an except: that takes KeyboardInterrupt.)",
+        "KillSignal=SIGTERM",
         "KillMode=mixed",
         "TimeoutStopSec=%d" % STOP_WITHIN,
         "",

@@ -111,7 +111,7 @@ def test_a_driver_that_is_killed_ends_with_1_and_an_ordered_end_with_0(tmp_path,
             found = re.search(r"process\[p2os-\d+\]: started with pid \[(\d+)\]", line)
             if found:
                 break
-        pid, number = (int(found.group(1)), signal.SIGKILL) if what == "driver" else (running.pid, signal.SIGINT)
+        pid, number = (int(found.group(1)), signal.SIGKILL) if what == "driver" else (running.pid, signal.SIGTERM)
         os.kill(pid, number)
         rest = running.communicate(timeout=LIMIT)[0]
     assert running.returncode == code, rest

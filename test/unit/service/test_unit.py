@@ -38,7 +38,7 @@ def systemd_words(line):
 def test_what_a_unit_file_says():
     service = settings(unit_text(PLAIN))["[Service]"]
     for line in (("User", "ada"), ("Restart", "on-failure"), ("RestartPreventExitStatus", "2"),
-                 ("KillSignal", "SIGINT"), ("KillMode", "mixed"), ("SupplementaryGroups", "dialout"),
+                 ("KillSignal", "SIGTERM"), ("KillMode", "mixed"), ("SupplementaryGroups", "dialout"),
                  ("Environment", '"ROS_MASTER_URI=%s"' % LOCAL_MASTER), ("Environment", '"ROS_HOSTNAME=localhost"'),
                  ("Environment", '"ROS_LOG_DIR=/var/log/pioneer"'), ("LogsDirectory", "pioneer")):
         assert line in service
