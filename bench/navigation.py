@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""How well a robot with nothing but sonar, or with a laser, too, navigates: simulated robots in drawn worlds, without ROS.
+"""How well a robot with nothing but sonar, or with a laser, too, navigates: simulated robots in drawn worlds, no ROS.
 
     python3 bench/navigation.py localise                            # known start, unknown start, carried away
     python3 bench/navigation.py localise --seeds 1000-1011 --start unknown --specular 20 --picture /tmp/lost

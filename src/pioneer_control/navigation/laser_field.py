@@ -12,7 +12,7 @@ from scipy import ndimage
 
 from ..maps import OCCUPIED, GridMap
 from .measurement import Beams, spot_shares
-from .tuned import ScanNumbers
+from .tuned import LaserSenseNumbers
 
 Array = Any     # of numpy
 
@@ -35,7 +35,7 @@ class LaserField:
 
     unit, none = _UNIT, _NO_ECHO
 
-    def __init__(self, grid_map: GridMap, numbers: ScanNumbers):
+    def __init__(self, grid_map: GridMap, numbers: LaserSenseNumbers):
         occupied = np.pad(grid_map.cells == OCCUPIED, 1)
         far = np.full(occupied.shape, np.inf)
         if occupied.any():
@@ -101,7 +101,7 @@ def _cell(places: Array, count: int) -> Array:
     return np.minimum(np.maximum(places, 0.0, out=places), count - 1.0, out=places).astype(np.intp)
 
 
-def _logs(distances: Array, sigma: float, numbers: ScanNumbers) -> Array:
+def _logs(distances: Array, sigma: float, numbers: LaserSenseNumbers) -> Array:
     """Return the log-likelihood of a ray that ends so far (m) from a wall. Of one that ends at a wall it is 0."""
     anywhere = numbers.anywhere
     logs = np.log((1.0 - anywhere) * np.exp(-0.5 * np.square(distances / sigma)) + anywhere)

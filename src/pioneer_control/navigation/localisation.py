@@ -21,7 +21,7 @@ from .measurement import Beams, RangeModel
 from .pose_cloud import PoseCloud, Spread
 from .pose_search import Found, PoseSearch, same_place
 from .recent_readings import FiringPoses, RecentReadings, scan_beams
-from .tuned import SONAR_NUMBERS, ScanNumbers, LocalisationNumbers
+from .tuned import SONAR_NUMBERS, LaserSenseNumbers, LocalisationNumbers
 from .unseen_motion import SHORTEST_UNSEEN, UnseenMotion
 from .values import Scan, Sensing
 from .wheel_calibration import WheelCalibration
@@ -150,7 +150,7 @@ class Localisation:
 
     def __init__(self, grid_map: GridMap, transducers: Sequence[Transducer],
                  tuned: LocalisationNumbers = LocalisationNumbers(), seed: int = 0,
-                 laser_tuned: ScanNumbers = ScanNumbers()):
+                 laser_tuned: LaserSenseNumbers = LaserSenseNumbers()):
         self._map, self._tuned, self._laser_tuned = grid_map, tuned, laser_tuned
         self._luck = np.random.default_rng(seed)
         self._places = standing_room(grid_map, tuned.clearance)

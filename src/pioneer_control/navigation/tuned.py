@@ -47,7 +47,7 @@ SONAR_NUMBERS = SensorNumbers((EchoShares(0.9, 0.03, 0.03), EchoShares(0.75, 0.1
 
 
 @dataclass(frozen=True)
-class ScanNumbers:
+class LaserSenseNumbers:
     """How a laser tells where the robot is (`laser_field`)."""
 
     rays: int = parameter(40, Whole(4, 2000), "so many rays of a scan are used, spread over it")
@@ -454,7 +454,7 @@ class NavigationNumbers(NamedTuple):
     """The tuned numbers of all parts of navigation."""
 
     localisation: LocalisationNumbers = LocalisationNumbers()
-    laser: ScanNumbers = ScanNumbers()
+    laser: LaserSenseNumbers = LaserSenseNumbers()
     planning: PlanningNumbers = PlanningNumbers()
     obstacles: ObstacleNumbers = ObstacleNumbers()
     suspected_walls: SuspicionNumbers = SuspicionNumbers()

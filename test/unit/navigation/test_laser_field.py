@@ -8,9 +8,9 @@ from small_worlds import square_map, unknown_map
 
 from pioneer_control.navigation.laser_field import LaserField
 from pioneer_control.navigation.measurement import Beams
-from pioneer_control.navigation.tuned import ScanNumbers
+from pioneer_control.navigation.tuned import LaserSenseNumbers
 
-NUMBERS = ScanNumbers(sigma=0.1, sigma_coarse=0.4, anywhere=0.1, worth=2.0, near=0.15)
+NUMBERS = LaserSenseNumbers(sigma=0.1, sigma_coarse=0.4, anywhere=0.1, worth=2.0, near=0.15)
 FIELD = LaserField(square_map(80), NUMBERS)      # 4 x 4 m; the middles of its walls' cells are at 0.025 and 3.975 m
 HERE = np.array([[2.025, 2.025, 0.0]])      # the middle of a cell
 

@@ -13,7 +13,7 @@ from pioneer_control.navigation.localisation import Localisation
 from pioneer_control.navigation.measurement import Beams, RangeModel
 from pioneer_control.navigation.pose_cloud import PoseCloud
 from pioneer_control.navigation.pose_search import Found, PoseSearch
-from pioneer_control.navigation.tuned import ScanNumbers, LocalisationNumbers
+from pioneer_control.navigation.tuned import LaserSenseNumbers, LocalisationNumbers
 from pioneer_control.navigation.values import Twist
 from pioneer_control.simulator.world import World
 
@@ -401,7 +401,7 @@ def test_when_scans_end_it_goes_on_by_sonar_and_when_they_come_again_by_them():
     assert circle(robot, localisation, 5.0, laser=True)[-1].by_laser
     without = circle(robot, localisation, 5.0)
     assert all(where.sure for where in without) and np.all(off(without[-1], robot) < np.array(SURE))
-    patience = round(10 * ScanNumbers().patience)
+    patience = round(10 * LaserSenseNumbers().patience)
     assert all(where.by_laser for where in without[:patience - 1]) and not without[patience + 2].by_laser
     again = circle(robot, localisation, 5.0, laser=True)
     assert again[-1].by_laser
