@@ -116,6 +116,13 @@ class TestDescription:
         assert set(given) >= {"model", "gripper", "laser", "frame_prefix"}
         assert check(DescriptionParameters, given) == (DescriptionParameters(), [])
 
+    @pytest.mark.parametrize("words, drawn", [
+        (["ptz:=vcc4"], True), (["ptz:=vcc4", "ptz_place:=[0.1, 0, 0.3]"], False), ([], False)])
+    def test_a_camera_has_one_place(self, words, drawn):
+        launch = (str(ROOT / "launch" / "pioneer.launch"), ["description:=true"] + words)
+        params = load_config_default([launch], None, verbose=False).params
+        assert params["/pioneer/robot_state_publisher/ptz"].value is drawn
+
     def test_another_robots_links_have_its_prefix(self):
         launch = (str(ROOT / "launch" / "view.launch"), ["robot:=two", "rviz:=false", "model:=amigo"])
         params = load_config_default([launch], None, verbose=False).params
