@@ -123,6 +123,11 @@ class TestDescription:
         params = load_config_default([launch], None, verbose=False).params
         assert params["/pioneer/robot_state_publisher/ptz"].value is drawn
 
+    def test_an_arm_is_drawn_where_there_is_one(self):
+        launch = (str(ROOT / "launch" / "pioneer.launch"), ["description:=true", "arm:=pioneer_arm"])
+        params = load_config_default([launch], None, verbose=False).params
+        assert params["/pioneer/robot_state_publisher/arm"].value is True
+
     def test_another_robots_links_have_its_prefix(self):
         launch = (str(ROOT / "launch" / "view.launch"), ["robot:=two", "rviz:=false", "model:=amigo"])
         params = load_config_default([launch], None, verbose=False).params
