@@ -1,5 +1,8 @@
 """The camera's session with the simulated camera, directly and through the robot: each command's effect, and faults."""
 
+import contextlib
+import random
+
 import pytest
 from camera_rig import ONE_WAY, RIGS, AuxRig, DirectRig
 
@@ -91,6 +94,52 @@ def test_a_stop_forgets_a_target_that_the_camera_was_too_busy_for():
     rig.camera.fail(busy=False)
     rig.run(3.0)        # one more try was just on its way
     assert 0 <= rig.camera.pan.position < 100 and rig.session.phase is CameraPhase.READY
+
+
+def test_a_target_after_a_stop_is_not_stopped_by_it():
+    rig = DirectRig(pan_speed=80).ready()
+    rig.camera.fail(busy=True)
+    rig.session.look(800, 0, rig.now)
+    rig.run(0.5)
+    rig.session.stop(rig.now)
+    rig.session.look(-400, 0, rig.now)
+    rig.camera.fail(busy=False)
+    assert rig.rests()[0] == rig.camera.pan.position == -400
+
+
+@either
+def test_a_program_that_repeats_its_target_does_not_stop_the_camera_each_time(rig):
+    rig = rig(pan_speed=160).ready()
+    before = len(rig.heard)
+    for _ in range(40):
+        rig.session.look(400, 0, rig.now)
+        rig.session.zoom_to(1000, rig.now)
+        rig.run(0.1)
+    assert rig.true_place == (400, 0, 1000)
+    said = without_questions(rig.heard[before:])
+    assert len([words for words in said if words.startswith("62")]) == 1 and "53 30" not in said
+    rig.camera.pan.jump(0)          # somebody turns it
+    rig.run(4.5)
+    rig.session.look(400, 0, rig.now)
+    assert rig.run(3.0).camera.pan.position == 400
+
+
+def test_an_answer_to_an_earlier_command_is_no_answer_to_a_question():
+    rig = DirectRig().ready()
+    rig.until(lambda: rig.heard[-1] == "63")
+    answers = rig.session.report.answers
+    rig.until(lambda: rig.session.report.answers > answers)
+    rig.session.look(400, 100, rig.now)
+    rig.rests()
+    rig.camera.fail(silent=True)
+    count = len(rig.heard)
+    rig.until(lambda: len(rig.heard) > count)               # a question is asked, and waits for its answer
+    assert rig.session.answer_missing and not rig.session.has_output
+    rig.session.receive(bytes.fromhex("FE 30 30 30 30 EF"), rig.now)
+    assert rig.session.answer_missing == 6 and not rig.session.has_output
+    rig.camera.fail(silent=False)
+    rig.run(2.0)
+    assert (rig.session.report.pan, rig.session.report.tilt) == (400, 100)
 
 
 def test_relative_targets_count_from_the_last_target_or_from_where_it_looks():
@@ -254,6 +303,28 @@ def test_off_that_fails_does_not_switch_it_on_again():
     assert "was to be switched off, but" in rig.session.report.problem
 
 
+def test_off_goes_before_a_target_that_the_camera_is_too_busy_for():
+    rig = DirectRig().ready()
+    rig.camera.fail(busy=True)
+    rig.session.look(400, 0, rig.now)
+    rig.run(1.0)
+    rig.session.power(False, rig.now)
+    rig.run(1.0)
+    rig.camera.fail(busy=False)
+    rig.until(lambda: rig.session.phase is CameraPhase.OFF)
+    assert not rig.camera.is_on and rig.run(10.0).session.phase is CameraPhase.OFF
+
+
+def test_off_is_wished_while_the_camera_falls_silent():
+    rig = DirectRig().ready()
+    rig.camera.fail(silent=True)
+    rig.session.look(400, 0, rig.now)
+    rig.session.power(False, rig.now)
+    rig.until(lambda: rig.session.phase is CameraPhase.OFF)
+    rig.camera.fail(silent=False)
+    assert rig.run(10.0).session.phase is CameraPhase.OFF
+
+
 @either
 def test_a_camera_that_works_already_keeps_looking_where_it_looks(rig):
     rig = rig().ready()
@@ -330,3 +401,33 @@ def test_the_robot_drives_as_ever_while_the_camera_starts():
         if rig.now > begun + 1.5:
             assert rig.robot.firmware.velocity[0] == pytest.approx(0.3, abs=0.01)
     assert rig.robot.firmware.true_pose[0] - start > 0.5
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_whatever_happens_it_raises_nothing_and_is_ready_when_all_is_well_again(seed):
+    rng = random.Random(seed)
+    rig = (DirectRig, AuxRig)[seed % 4 == 3](answers=seed % 3 != 0)
+    session, camera = rig.session, rig.camera
+    events = (
+        lambda: session.look(rng.randint(-2000, 2000), rng.randint(-2000, 2000), rig.now),
+        lambda: session.zoom_to(rng.randint(-100, 3000), rig.now),
+        lambda: session.home(rig.now), lambda: session.stop(rig.now),
+        lambda: session.power(rng.random() < 0.7, rig.now),
+        lambda: camera.fail(silent=rng.random() < 0.5, busy=rng.random() < 0.3, menu_open=rng.random() < 0.2),
+        lambda: camera.fail(noise=bytes(rng.randrange(256) for _ in range(3)), cut_us=rng.choice((0, 50000, 900000))),
+        lambda: camera.switch(rng.random() < 0.5), camera.restart,
+        lambda: session.receive(bytes(rng.choice((0xFE, 0x30, 0xEF, 0x31)) for _ in range(12)), rig.now),
+        lambda: (session.line_down("cut"), rig.run(rng.random()), session.line_up(rig.now)))
+    for _ in range(60):
+        with contextlib.suppress(RefusedError):
+            rng.choice(events)()
+        rig.run(rng.random())
+        pan, tilt, zoom = rig.true_place
+        assert abs(pan) <= 889 and -267 <= tilt <= 800 and 0 <= zoom <= 1960
+    camera.fail(silent=False, busy=False, menu_open=False, noise=b"", cut_us=0)
+    session.power(True, rig.now)
+    rig.run(20.0)
+    session.look(100, 50, rig.now)
+    session.zoom_to(300, rig.now)
+    rig.run(10.0)
+    assert session.phase is CameraPhase.READY and rig.true_place == (100, 50, 300)

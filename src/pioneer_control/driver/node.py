@@ -180,10 +180,9 @@ class DriverNode:
         if not any(topics is not None and topics.acts_at_end for topics in (self._camera, self._arm)):
             return
         self._steered.lock(ENDING)
-        with contextlib.suppress(PioneerError):
-            self._robot.stop()
+        with contextlib.suppress(PioneerError):     # no link: nothing moves by us
             until = monotonic() + WHEELS_STAND
-            while self._robot.wait_for_state().moving and monotonic() < until:
+            while self._robot.ready and self._robot.wait_for_state().moving and monotonic() < until:
                 pass
             self._steered.request_motors(False, WHEELS_STAND)()
         until = monotonic() + DEVICES_REST

@@ -176,7 +176,7 @@ def _turn(camera: KnownCamera, wishes: Wishes) -> Conversation:
     Whether a camera that never answers turns is not known: it is always stopped before.
     """
     back_off = _BackOff()
-    while wishes.turn is not None and not wishes.stop:
+    while wishes.turn is not None and not wishes.stop and not wishes.off:
         if camera.cabling is Cabling.ONE_WAY:
             yield Say("STOP")
         if wishes.turn is None:     # a stop came meanwhile
@@ -198,7 +198,7 @@ def _turn(camera: KnownCamera, wishes: Wishes) -> Conversation:
 def _zoom(camera: KnownCamera, wishes: Wishes) -> Conversation:
     """Zoom as it is wished, as `_turn` does it."""
     back_off = _BackOff()
-    while wishes.zoom is not None and not wishes.stop:
+    while wishes.zoom is not None and not wishes.stop and not wishes.off:
         if camera.cabling is Cabling.ONE_WAY:
             yield Say("ZOOM_RUN", (0,))
         if wishes.zoom is None:     # a stop came meanwhile

@@ -360,7 +360,7 @@ class CameraSession:
         """Start anew after a while; at the end, do nothing more."""
         if self._is_ending:
             self._leave(CameraPhase.ENDED, reason)
-        elif self.phase is CameraPhase.SWITCHING_OFF:
+        elif self.phase is CameraPhase.SWITCHING_OFF or self._wishes.off:
             self._leave(CameraPhase.OFF, "it was to be switched off, but %s" % reason)
         else:
             self._leave(CameraPhase.FAILED, reason)

@@ -13,6 +13,7 @@ from sensor_msgs.msg import Joy
 from pioneer_control.bags.replaying import commands, programs, replay
 from pioneer_control.bags.command_line import bag_files
 from pioneer_control.bags.reader import BagError
+from pioneer_control.driver.ptz_topics import PTZ_TOPICS
 from pioneer_control.driver.requests import TOPICS
 from pioneer_control.errors import UsageError
 from pioneer_control.msg import MotorState, WheelVelocities
@@ -37,7 +38,7 @@ class TestCommands:
         assert len(TOPICS) >= 4
         assert {word for word in commands.player(["x.bag"], topics) if ":=" in word} == wanted
 
-    @pytest.mark.parametrize("row", TOPICS, ids=lambda row: row.name)
+    @pytest.mark.parametrize("row", TOPICS + PTZ_TOPICS, ids=lambda row: row.name)
     def test_each_of_them_is_named(self, row):
         assert row.name in commands.COMMANDS and commands.is_command(row.name, "any/Type")
 

@@ -8,6 +8,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool
 
 from pioneer_control.client.line_devices import LineDevices
+from pioneer_control.driver.node import DOCKED
 from pioneer_control.driver.ptz_topics import JOINTS, PTZ_SERVICES, PTZ_TOPICS
 from pioneer_control.msg import PTZState
 from pioneer_control.robots import find_model
@@ -223,6 +224,16 @@ def test_stop_all_stops_the_camera_and_refuses_what_would_turn_it(run):
     assert 0 < bottle.stopped[0] < 800 and bottle.still == bottle.stopped and bottle.place == (0, 0, 0)
     assert "ptz_control refused: stop_all is set" in bottle.warned and bottle.stop.success
     assert not bottle.home.success and not bottle.power.success
+
+
+def test_a_robot_in_a_dock_may_look_around(run):
+    def script(bottle):
+        yield from bottle.ready()
+        bottle.node._steered.lock(DOCKED)
+        bottle.send("ptz_control", PTZState(45, 0, 0, False))
+        yield from bottle.wait(3.0)
+
+    assert run(script).place[0] == 400
 
 
 def test_the_frames_and_the_view(run):

@@ -41,6 +41,7 @@ COMMANDS = {
     "stop_all": "locks the robot, and takes the lock away",
     "stop_button": "presses the STOP button of a simulated robot, and lets it go",
     "ptz_control": "moves a camera",
+    "ptz_joint_control": "moves a camera",
     "joy": "a joystick: nodes that listen to it drive",
     "goal": "sends a navigation, or an arm, on its way",
     "cancel": "ends that",
