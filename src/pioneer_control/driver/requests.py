@@ -33,7 +33,7 @@ AT_ONCE = 0.005
 """Seconds. Velocities of a program that follow each other faster than this came in one piece, from a network that had
 held them up."""
 SETTLES = 0.25
-"""For this time (s) after such velocities, what their sender wants counts as a stop."""
+"""If some come like that within this time (s) after a silence, all count as a stop that come within it."""
 CONFIRM_TIMEOUT = 2.0
 """The time (s) that the robot has to confirm that its motors or its sonar are on or off."""
 ANSWER_WITHIN = 3
@@ -302,11 +302,10 @@ class Arrivals:
             now: the time.
             timeout: a longer pause (s) than this is a silence.
         """
-        gap, is_second = now - self._last, self._last == self._first
-        self._last = now
+        gap, self._last = now - self._last, now
         if gap > timeout:
             self._first = now
-        elif is_second and gap < AT_ONCE:
+        elif gap < AT_ONCE and now - self._first < SETTLES:
             self._settled_at = self._first + SETTLES
         return now < self._settled_at
 

@@ -35,6 +35,15 @@ def test_what_comes_at_once_after_a_silence_is_old_until_it_has_settled():
     assert held_up(0.0, *late, 3.0 + SETTLES, 3.4, 3.4001) == expected
 
 
+def test_they_may_come_in_more_than_one_piece():
+    """TCP sends the first piece alone, and the rest when that is acknowledged."""
+    assert held_up(0.0, 3.0, 3.05, 3.0505, 3.1, 3.0 + SETTLES) == [False, False, False, True, True, False]
+
+
+def test_a_program_that_has_settled_may_send_two_at_once():
+    assert not any(held_up(0.0, 3.0, 3.1, 3.2, 3.3, 3.3001, 3.4, 3.4001))
+
+
 def test_the_limits():
     assert held_up(0.0, TIMEOUT, TIMEOUT) == [False, False, False]
     assert held_up(0.0, TIMEOUT + 0.01, TIMEOUT + 0.01 + AT_ONCE / 2)[-1]
