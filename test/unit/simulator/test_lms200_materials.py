@@ -95,7 +95,9 @@ def test_in_a_mirror_ahead_a_robot_sees_itself():
 
 def test_light_between_two_mirrors_is_lost():
     world = World("hall", walls=[(2.0, -9.0, 2.0, 9.0), (-2.0, -9.0, -2.0, 9.0)], materials=[Material.MIRROR] * 2)
-    assert distance(world) == math.inf
+    assert distance(world) == distance(world, numbers=PERFECT) == math.inf
+    panes = world_of(*(wall(1.0 + 0.1 * number, Material.GLASS) for number in range(8)), wall(3.0, Material.PLAIN))
+    assert distance(panes, math.radians(30)) == math.inf, "more panes than a ray goes through"
 
 
 def test_posts_may_be_mirrors_too():
