@@ -8,6 +8,7 @@ import math
 import os
 import pty
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -35,6 +36,7 @@ TRUE_TURN = (1 + LARGER) / (1 + WIDER)
 TRUE_CURVE_DEG = math.degrees(RIGHT_LARGER / 2 * 5.6 / (1 + WIDER))
 FRONT, REAR = 0.21, -0.301
 PROMPTS = r"in cm\? \[[\d.]+\] |stands there\. |if you can: |Hold w|Let go of the key|are right: "
+RESTS = 15          # messages in 1.5 s, 6 s of simulated time: a bag tells runs apart by the rests between them
 REPEAT = 0.05       # s between two repetitions of a held key
 
 
@@ -71,7 +73,7 @@ class PersonWithTape:
             elif words == "Let go of the key":
                 self._told_to_hold = False
             elif words == "stands there. ":
-                self._line = self._witness.next("pioneer/ground_truth", 3).pose.pose
+                self._line = self._witness.next("pioneer/ground_truth", RESTS).pose.pose
                 self._type("\n")
             elif words == "if you can: ":
                 self.answers.append(self._reads(self.said[before:self._heard]))
@@ -131,7 +133,7 @@ class CalibrateRobot(unittest.TestCase):
     def test_a_person_calibrates_and_the_same_comes_from_a_bag(self):
         file = os.path.join(self.folder, "robots.yaml")
         first_pose = len(self.witness.seen["pioneer/pose"])
-        person = PersonWithTape(self.witness, "--quick", "--line", "3", "--tell-robot", "--file", file)
+        person = PersonWithTape(self.witness, "--quick", "--line", "5", "--tell-robot", "--file", file)
         self.addCleanup(person.close)
         wait_until("calibrated", lambda: "Told the robot" in person.said or person.process.poll() is not None)
         poses = self.witness.seen["pioneer/pose"][first_pose:]
@@ -160,6 +162,18 @@ class CalibrateRobot(unittest.TestCase):
             self.assertIn("# It is right only while the robot has these numbers of its own", read.read())
         self.from_bag(poses, person.answers)
 
+    def test_ctrl_c_while_it_drives(self):
+        person = PersonWithTape(self.witness, "--quick", "--file", os.path.join(self.folder, "none.yaml"))
+        self.addCleanup(person.close)
+        self.witness.wait("it turns", lambda: abs(
+            self.witness.seen["pioneer/ground_truth"][-1].twist.twist.angular.z) > 0.1)
+        os.killpg(person.process.pid, signal.SIGINT)
+        self.witness.wait("it stands", lambda: all(
+            message.twist.twist.angular.z == 0.0 for message in self.witness.seen["pioneer/ground_truth"][-10:]))
+        self.assertEqual(person.process.wait(PATIENCE), 1)
+        self.assertNotIn("Traceback", person.said)
+        self.assertEqual(os.listdir(self.folder), [])
+
     def from_bag(self, poses, answers):
         """The runs that were just driven, from a bag, give the numbers of a robot that was told nothing."""
         bag, file = os.path.join(self.folder, "runs.bag"), os.path.join(self.folder, "of_bag.yaml")
@@ -176,7 +190,7 @@ class CalibrateRobot(unittest.TestCase):
                              timeout=PATIENCE)
         self.assertEqual(ran.returncode, 0, ran.stdout)
         found = find_model("p3dx-sh", file)
-        self.assertAlmostEqual(found.dist_mm_per_unit, 1 + LARGER, delta=0.003)
+        self.assertAlmostEqual(found.dist_mm_per_unit, 1 + LARGER, delta=0.003, msg=ran.stdout)
         self.assertAlmostEqual(found.turn_factor, TRUE_TURN, delta=0.001)
         self.assertAlmostEqual(found.gyro_factor, 1 / (1 + GYRO), delta=0.005)
         with open(file, encoding="utf-8") as read:

@@ -5,7 +5,7 @@ Person and robot are interfaces of a few methods: at the terminal and on ROS top
 
 from typing import List, Optional, Protocol, Sequence
 
-from ..errors import CalibrationError, UsageError
+from ..errors import RobotError, UsageError
 from . import words
 from .estimate import STRANGE, Estimate, check, estimate, strangeness
 from .plan import Leg, RunPlan, PlannedRun
@@ -33,7 +33,7 @@ class DrivenRobot(Protocol):
         """Drive the legs of a run, as the robot is known to move. Return what odometry measured until it stands.
 
         Raises:
-            CalibrationError: odometry cannot be used, and the run has to be driven again.
+            RobotError: the robot does not drive, or its odometry cannot be used: the run has to be driven again.
         """
 
 
@@ -103,7 +103,7 @@ class Conversation:
             self._person.ask("Press Enter when it stands there. ")
             try:
                 track = self._robot.drive(planned.legs, factors)
-            except CalibrationError as error:
+            except RobotError as error:      # also STOP pressed, or motors that do not come on
                 self._person.say("%s." % error)
                 continue
             tape = ask_tape(self._person, words.READ[planned.kind], planned.kind, marks)

@@ -47,6 +47,7 @@ class Guide:
 
     Attributes:
         done: whether all legs are driven, and the robot stands.
+        moves: whether the newest pose is another one than the one before.
     """
 
     def __init__(self, legs: Sequence[Leg], factors: Factors) -> None:
@@ -56,6 +57,7 @@ class Guide:
         self._last: Optional[Pose] = None
         self._moved_at = -math.inf
         self._ending = False
+        self.moves = False
         self.done = not self._legs
 
     @property
@@ -65,7 +67,8 @@ class Guide:
 
     def step(self, pose: Pose, now: float) -> GuidedVelocity:
         """Take a pose of odometry and its time (s). Return what the robot is to do."""
-        if self._take(pose):
+        self.moves = self._take(pose)
+        if self.moves:
             self._moved_at = now
         while self._legs:
             leg = self._legs[0]

@@ -23,7 +23,7 @@ from ..message_values import heading_of
 from ..msg import Calibration, MotorState, RobotInfo
 from ..robots import RobotModel, find_model
 from ..ros_node import init_node, name_for
-from ..teleop.node import each_key
+from ..teleop.node import each_key, publish
 from ..tutorial.pioneer import Pioneer
 from . import words
 from .bag import runs_of_bag
@@ -47,6 +47,10 @@ PATIENCE = 15.0
 """The longest wait (s) for what the driver has to tell."""
 TOLD_PATIENCE = 5.0
 """The longest wait (s) until the robot reports new numbers of its own."""
+UNMOVED = 2.0
+"""A robot that is told to drive and does not move for so long (s) is locked."""
+LOCKED = ("it is told to drive, and does not. Is stop_all set, or has a person the helm? rostopic echo -n 1 .../helm"
+          " says it")
 SKIP = "-"
 
 
@@ -114,7 +118,7 @@ class RobotOnTopics:
             self._terminal.hold(drive.step, PERIOD)
         finally:
             self._pioneer.stop()
-        self._motors.publish(MotorState(state=0))       # so that it can be pushed
+            publish(self._motors, MotorState(state=0))      # so that it can be pushed
         return drive.track
 
     def info(self) -> RobotInfo:
@@ -176,7 +180,8 @@ class HeldDrive:
         self._recorder, self._lookout = TrackRecorder(), Lookout()
         self._wanted = STAND
         self._said = ""
-        self._publish_at = -math.inf
+        self._motors_on = False
+        self._publish_at, self._moved_at = -math.inf, math.inf
         news.clear()
 
     @property
@@ -195,11 +200,16 @@ class HeldDrive:
         if self._guide.done:
             return False
         why_not = self._lookout.why_not(self._pioneer.snapshot(), self._guide.leg)
-        self._say(why_not if held else "")
-        if not held or why_not:
+        drives = held and not why_not
+        if not drives or self._wanted == STAND or self._guide.moves:
+            self._moved_at = now
+        self._say(why_not or (LOCKED if now - self._moved_at > UNMOVED else "") if held else "")
+        if not drives:
             self._pioneer.stop()
-        elif fresh or now >= self._publish_at:
+        elif not self._motors_on:       # that takes a while: then look again before it drives
             self._pioneer.enable_motors()
+            self._motors_on = True
+        elif fresh or now >= self._publish_at:
             self._pioneer.drive(*self._wanted)
             self._publish_at = now + REPEAT
         return True
@@ -221,7 +231,7 @@ class HeldDrive:
 
     def _say(self, why_not: str) -> None:
         if why_not and not self._said:
-            self._terminal.say("It stands: %s. It goes on when the way is free." % why_not)
+            self._terminal.say("It stands: %s. It goes on by itself when that is over." % why_not)
         self._said = why_not
 
 
@@ -258,7 +268,7 @@ def runs_from_bag(terminal: Terminal, given: argparse.Namespace) -> Tuple[Subjec
     if recorded.damage:
         terminal.say("Of this bag not everything can be read: %s" % recorded.damage)
     if not recorded.pieces:
-        raise UsageError("%s has no run: no line of 1 m, no turn on the spot, no square, with a rest of 2.5 s before"
+        raise UsageError("%s has no run: no line of 1 m, no turn on the spot, no square, with a rest of 5 s before"
                          " and after" % given.bag)
     terminal.say("%d runs look like one. What was none is passed over with %s." % (len(recorded.pieces), SKIP))
     marks, runs = ask_marks(terminal, subject.marks), []
@@ -302,8 +312,9 @@ def keep(terminal: Terminal, subject: Subject, found: Estimate, given: argparse.
     counted = of_counts(found.factors, subject.model)
     head = words.head_of_file(found, subject.rad_per_metre, ["%s: %d" % each for each in new.items()],
                               time.strftime("%Y-%m-%d"))
-    write_models_file(given.file, subject.name, values_of_file(counted, rest, subject.model, found),
-                      subject.models_file, head)
+    values = values_of_file(counted, rest, subject.model, found)
+    terminal.say("\nmodels: {%s: %s}" % (subject.name, values))     # also when the file cannot be written
+    write_models_file(given.file, subject.name, values, subject.models_file, head)
     terminal.say("\nWritten: %s. Use it from now on:\n  roslaunch pioneer_control pioneer.launch models_file:=%s" % (
         given.file, os.path.abspath(given.file)))
 
@@ -320,15 +331,28 @@ def on_topics(terminal: Terminal, given: argparse.Namespace) -> None:
     drift_unit = None if given.drift_unit is None else math.radians(given.drift_unit)
     if given.tell_robot:
         new = numbers_to_tell(counted, subject.nominal, own, drift_unit)
-        if new:
-            robot.tell(new)
+        new = told_by(terminal, robot, own, new)
         changes = ["%s %d -> %d" % (name, getattr(own, name), value) for name, value in new.items()]
         terminal.say("\nTold the robot: %s. It forgets them when the driver ends: give them to the driver as"
-                     " parameters." % (", ".join(changes) or "nothing, for it reports no numbers of its own"))
+                     " parameters." % (", ".join(changes) or "nothing"))
     rest = after_telling(counted, own, new, drift_unit)
     keep(terminal, subject, found, given, rest, new)
     counts = Factors(rest.distance / counted.distance, rest.turn / counted.turn)
     terminal.say(conversation.prove(marks, of_driver(rest, subject.model), counts))
+
+
+def told_by(terminal: Terminal, robot: RobotOnTopics, own: OwnNumbers, new: Dict[str, int]) -> Dict[str, int]:
+    """Tell the robot its new numbers, and return those that it has taken. If it takes none, no work is lost."""
+    if not new:
+        terminal.say("\nThe robot reports no numbers of its own that it could be told: the file has all.")
+        return {}
+    try:
+        robot.tell(new)
+    except PioneerError as error:
+        terminal.say("\nNot told: %s. The file has what the robot does not." % error)
+        now = robot.own_numbers()
+        return {name: getattr(now, name) for name in new if getattr(now, name) != getattr(own, name)}
+    return new
 
 
 def on_bag(terminal: Terminal, given: argparse.Namespace) -> None:
@@ -385,6 +409,9 @@ def main() -> int:
             on_topics(Terminal(source, rospy.is_shutdown, each_key), given)
     except CalibrationError as error:
         print("\n%s." % error)
+        return 1
+    except rospy.ROSInterruptException:
+        print("\nThe robot stands: the program ends. Nothing more is written.")
         return 1
     except TerminalClosed as error:
         print("\nThe robot stands: %s. Nothing more is written." % error)

@@ -11,7 +11,7 @@ from ..floor_poses import Pose, relative
 from .runs import RunKind
 from .tracks import OdometryTrack, TrackRecorder
 
-REST = 2.5
+REST = 5.0
 """A rest is at least so long (s). In the corners of a square, and where somebody let go, the robot stands shorter."""
 STILL, STILL_TURN = 0.0005, 0.0005
 """A robot that stands moves less (m, rad) from pose to pose."""

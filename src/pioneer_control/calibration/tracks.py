@@ -13,8 +13,8 @@ from ..floor_poses import Pose, relative
 
 Array = Any     # of numpy
 
-LONGEST_STEP = 0.5
-"""A robot does not drive so far (m) from one pose to the next: its odometry was reset, or poses got lost."""
+LONGEST_STEP, LONGEST_TURN = 1.0, math.pi / 2.0
+"""A robot does not drive or turn so far (m, rad) from one pose to the next: odometry was reset, or poses got lost."""
 
 
 class Factors(NamedTuple):
@@ -93,7 +93,7 @@ class OdometryTrack:
 class TrackRecorder:
     """Makes a track from poses of odometry, one after the other, and from turn rates of a gyro.
 
-    Raises CalibrationError when a pose jumps.
+    Raises CalibrationError when a pose jumps, or something is not finite.
     """
 
     def __init__(self) -> None:
@@ -105,12 +105,15 @@ class TrackRecorder:
 
     def pose(self, pose: Pose) -> None:
         """Take the next pose (odometry frame)."""
+        if not all(map(math.isfinite, pose)):
+            raise CalibrationError("odometry says %s, and that is no pose. Drive this run again" % (tuple(pose),))
         if self._last is not None and pose != self._last:
             step = relative(self._last, pose)
-            if math.hypot(step.x, step.y) > LONGEST_STEP:
+            way = math.hypot(step.x, step.y)
+            if way > LONGEST_STEP or abs(step.heading) > LONGEST_TURN:
                 raise CalibrationError(
-                    "odometry jumped by %.2f m from one pose to the next: it was reset, or its messages got lost."
-                    " Drive this run again" % math.hypot(step.x, step.y))
+                    "odometry jumped by %.2f m and %.0f degrees from one pose to the next: it was reset, or its"
+                    " messages got lost. Drive this run again" % (way, math.degrees(step.heading)))
             half = step.heading / 2.0
             self._ahead.append(step.x * math.cos(half) + step.y * math.sin(half))
             self._turned.append(step.heading)
@@ -118,6 +121,8 @@ class TrackRecorder:
 
     def rate(self, time: float, rate: float) -> None:
         """Take a turn rate (rad/s) of the gyro, the mean since the rate before, and its stamp (s)."""
+        if not math.isfinite(rate):
+            raise CalibrationError("the gyro says %r, and that is no turn rate. Drive this run again" % rate)
         if self._rate_time is None:
             self._gyro = 0.0
         elif time > self._rate_time:

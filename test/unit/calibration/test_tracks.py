@@ -61,12 +61,12 @@ def test_a_turn_on_the_spot_rolls_both_wheels():
 def test_a_recorder_makes_steps_of_poses_and_sums_up_the_gyro():
     recorder = TrackRecorder()
     for pose in ((1.0, 2.0, math.pi / 2), (1.0, 2.5, math.pi / 2), (1.0, 2.5, math.pi / 2), (1.0, 2.25, math.pi / 2),
-                 (1.0, 2.25, -3.1), (1.0, 2.25, -2.0)):
+                 (1.0, 2.25, 2.6), (1.0, 2.25, -3.1), (1.0, 2.25, -2.0)):
         recorder.pose(Pose(*pose))
     for time, rate in ((1.0, 9.0), (1.5, 0.4), (1.5, 7.0), (2.0, -0.1)):
         recorder.rate(time, rate)
     track = recorder.track
-    assert track.ahead == pytest.approx([0.5, -0.25, 0.0, 0.0])
+    assert track.ahead == pytest.approx([0.5, -0.25, 0.0, 0.0, 0.0])
     assert track.way == pytest.approx(0.75)
     assert track.turn == pytest.approx(2 * math.pi - 2.0 - math.pi / 2)
     assert track.gyro == pytest.approx(0.15)
@@ -76,8 +76,16 @@ def test_without_a_gyro_there_is_none():
     assert TrackRecorder().track.gyro is None and OdometryTrack([], []).end() == (0, 0, 0)
 
 
-def test_odometry_that_jumps_is_refused():
+@pytest.mark.parametrize("pose, reason", [
+    (Pose(0, 1.1, 0), "jumped by 1.10 m and 0 degrees"), (Pose(0, 0, -2.0), "jumped by 0.00 m and -115 degrees"),
+    (Pose(0, math.nan, 0), "that is no pose"), (Pose(0, 0, math.inf), "that is no pose")])
+def test_odometry_that_jumps_is_refused(pose, reason):
     recorder = TrackRecorder()
     recorder.pose(Pose(0, 0, 0))
-    with pytest.raises(CalibrationError, match="jumped by 0.60 m"):
-        recorder.pose(Pose(0, 0.6, 0))
+    with pytest.raises(CalibrationError, match=reason):
+        recorder.pose(pose)
+
+
+def test_a_turn_rate_that_is_none_is_refused():
+    with pytest.raises(CalibrationError, match="the gyro says nan"):
+        TrackRecorder().rate(1.0, math.nan)
