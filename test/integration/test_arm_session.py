@@ -375,6 +375,28 @@ def test_an_arm_that_falls_silent_is_stopped_and_asked_again():
     assert go(rig, base=0.0).condition == "on"
 
 
+@pytest.mark.parametrize("loss", [0.1, 0.4])
+def test_on_a_line_that_loses_packets_every_order_ends_and_the_arm_never_falls(loss):
+    rng = random.Random(6)
+    rig = ArmRig()
+    rig.to_robot = rig.from_robot = lambda packet: rng.random() >= loss
+    done = 0
+    for _ in range(15):
+        for begin in (rig.session.power_on, lambda now: rig.session.move([BASE], [Point([0.2], 0.0)], now),
+                      rig.session.home, rig.session.park):
+            try:
+                order = begin(rig.now)
+            except RefusedError:        # the order before has failed, or the status is too old
+                rig.wait(0.5)
+                continue
+            rig.until(lambda: not order.under_way, 2.0 * HOME_TIME)
+            done += not order.problem
+    assert done > 15 and rig.arm.drops == rig.arm.jumps == 0
+    rig.to_robot = rig.from_robot = lambda packet: True
+    rig.until(lambda: rig.condition in ("on", "off")).finish(rig.session.park(rig.now))
+    assert not rig.arm.powered
+
+
 def test_a_link_that_breaks_forgets_everything():
     rig = ArmRig().powered()
     order = rig.session.move([BASE], [Point([1.0], 5.0), Point([0.0], 9.0)], rig.now)
