@@ -30,8 +30,9 @@ from pioneer_control.laser.line import LaserLine
 from pioneer_control.laser.session import ScanHeard
 from pioneer_control.laser.settings import LaserSettings, check
 from pioneer_control.simulator.clock import NEVER_US
+from pioneer_control.simulator.hardware import LaserNumbers
 from pioneer_control.simulator.line.uart import as_heard
-from pioneer_control.simulator.lms200 import PERFECT, FirmwareNumbers, LaserFirmware, Optics, OpticsNumbers, moving
+from pioneer_control.simulator.lms200 import PERFECT, FirmwareNumbers, LaserFirmware, Optics, moving
 from pioneer_control.simulator.world import World, load_world
 
 LIMIT = 1000.0      # s of simulated time that nothing takes
@@ -77,7 +78,7 @@ class LaserRig:
         events: what the node was told, each with its time.
     """
 
-    def __init__(self, numbers: FirmwareNumbers = QUICK, optics: OpticsNumbers = PERFECT, world: Any = "tutorial",
+    def __init__(self, numbers: FirmwareNumbers = QUICK, optics: LaserNumbers = PERFECT, world: Any = "tutorial",
                  pose: Tuple[float, float, float] = HERE, turn_rate: float = TURN, seed: int = 1, step: float = 0.001,
                  url: str = "/dev/lms200", **settings: Any) -> None:
         self.now, self.step = 0.0, step

@@ -94,7 +94,7 @@ def test_a_pressed_stop_button_and_no_gripper():
 
 def test_an_unknown_subtype_is_printed_with_what_to_do(server):
     model = server.firmware.model
-    server.firmware.model = type(model)(**dict(model.__dict__, subtype="p3dz-sh"))
+    server.firmware.hardware.model = type(model)(**dict(model.__dict__, subtype="p3dz-sh"))
     result = run(server.url)
     assert result.returncode == 2 and result.stdout == ""
     for word in ("rosie", "Pioneer", "p3dz-sh", "p3dx-sh", "model"):

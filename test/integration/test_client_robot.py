@@ -621,7 +621,7 @@ def test_started_before_the_robot_is_there():
 
 def test_an_unknown_subtype_is_final_even_with_reconnect(server):
     known = server.firmware.model
-    server.firmware.model = type(known)(**dict(known.__dict__, subtype="p3dz-sh"))
+    server.firmware.hardware.model = type(known)(**dict(known.__dict__, subtype="p3dz-sh"))
     robot = Robot(server.url, reconnect=True).start()
     with pytest.raises(UnknownModelError, match="p3dz-sh.*near: .*p3dx-sh.*model"):
         robot.wait_until_ready(LIMIT)

@@ -676,7 +676,7 @@ class DriverLines(unittest.TestCase):
 
     def test_an_unknown_subtype_is_final_and_says_what_to_do(self):
         firmware, server = self.robot()
-        firmware.model = type(firmware.model)(**dict(vars(firmware.model), subtype="p3dz"))
+        firmware.hardware.model = type(firmware.model)(**dict(vars(firmware.model), subtype="p3dz"))
         driver = self.driver(server.url)
         self.assertEqual(driver.exit_code(), 1)
         driver.end()
