@@ -31,7 +31,7 @@ FROZEN_MD5 = {
 }
 # What p2os has no message for.
 NEW_MESSAGES = {"RobotInfo", "WheelVelocities", "Bumpers", "Stall", "IO", "Wire", "Decision", "Helm", "Accelerations",
-                "Navigation", "Places", "Calibration"}
+                "Navigation", "Places", "Calibration", "Encoders", "Sounds", "Arm"}
 # Noetic's own navigation, which Debian does not have: amcl_move_base.launch alone is for whoever has it.
 NOETIC_ONLY = {"amcl_move_base.launch": {"amcl", "map_server", "move_base"}}
 
