@@ -132,6 +132,8 @@ def test_a_laser_that_leans_is_of_no_use(turn, angle):
 def test_a_mount_of_no_number_is_refused():
     with pytest.raises(UsageError, match="leans"):
         mount_of(Transform(Vector3(), Quaternion(math.nan, 0.0, 0.0, 1.0)))
+    with pytest.raises(UsageError, match="finite, not .nan, 0"):
+        mount_of(Transform(Vector3(math.nan, 0.0, 0.0), Quaternion(w=1.0)))
 
 
 def scan(**changed):
@@ -163,6 +165,7 @@ def test_ranges_beyond_the_limits_are_none():
 
 @pytest.mark.parametrize("wrong, named", [
     (dict(ranges=[]), "0 ranges"), (dict(ranges=[1.0]), "1 ranges"), (dict(ranges=[1.0] * 5), "5 ranges, but .* are 3"),
+    (dict(ranges=[1.0] * 5000, angle_increment=1e-6), "5000 ranges, 1e-06 rad apart: it must have 2 to 4000"),
     (dict(angle_increment=0.0), "0 rad apart"), (dict(angle_increment=math.nan), "angle_increment of a scan is nan"),
     (dict(angle_min=math.inf), "angle_min of a scan is inf"), (dict(angle_max=-1.0), "to angle_max -1 "),
     (dict(angle_max=math.nan), "angle_max of a scan is nan"), (dict(angle_increment=9.0, angle_max=17.0), "one turn"),

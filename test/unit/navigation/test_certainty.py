@@ -502,3 +502,40 @@ def test_a_misfit_is_suspected_before_it_is_doubted():
         hear(certainty, 0.0, count=1)
     certainty.judge(spread())
     assert not certainty.sure and not certainty.suspects
+
+
+# Two senses
+
+def test_when_another_sense_judges_what_was_missed_before_counts_no_more():
+    certainty = sure()
+    hear(certainty, 0.0, count=12)
+    assert certainty.suspects
+    certainty.change_sense()
+    certainty.judge(spread())
+    assert certainty.fits and not certainty.suspects and certainty.sure
+
+
+def test_a_place_that_nothing_has_confirmed_yet_is_not_confirmed_by_another_sense():
+    certainty = Certainty(replace(TUNED, told_explained=0.7))
+    certainty.place(trusted=True)
+    certainty.change_sense()
+    certainty.judge(spread())
+    assert not certainty.sure and certainty.reason == UNKNOWN + UNCONFIRMED
+
+
+def test_a_usual_share_that_was_learnt_of_one_sense_says_nothing_of_another():
+    certainty = sure()
+    for _ in range(400):
+        hear(certainty, 0.6)
+    assert certainty.sure and certainty._usual < 0.75
+    share = certainty.explained / certainty._usual
+    certainty.change_sense()
+    assert certainty._usual == TUNED.usual_explained
+    assert certainty.explained == pytest.approx(share * TUNED.usual_explained)
+
+
+@pytest.mark.parametrize("evidence, doubts", [(1.0, True), (0.2, False)])
+def test_readings_of_which_many_come_at_once_may_count_less(evidence, doubts):
+    certainty, zeros = sure(), np.zeros(40)
+    certainty.hear(Beams(zeros, zeros, zeros, np.arange(0, 800, 20), np.arange(40)), np.zeros(40), 0.04, 0.04, evidence)
+    assert certainty.doubts is doubts

@@ -418,6 +418,14 @@ def test_scans_of_another_place_raise_a_doubt():
     assert results[-1].sure and np.all(off(results[-1], robot) < np.array(SURE))
 
 
+def test_a_scan_of_before_somebody_says_where_it_is_counts_no_more():
+    robot, localisation = SensingRobot(ROOM, START).with_laser(ROOM), Localisation(MAP, TRANSDUCERS)
+    localisation.update(robot.step(0.0, 0.0)._replace(scan=robot.scan()))
+    assert localisation._laser.scan is not None     # the first packet weighs sonar, so the scan waits
+    localisation.known_start(START)
+    assert localisation._laser.scan is None
+
+
 def test_a_laser_that_sees_nothing_tells_nothing():
     robot, localisation = SensingRobot(ROOM, START).with_laser(ROOM), Localisation(MAP, TRANSDUCERS)
     localisation.known_start(START, 0.2, 0.1)

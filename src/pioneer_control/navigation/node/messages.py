@@ -23,6 +23,8 @@ LEAST_SPREAD = 0.05
 """Smallest standard deviation (m, rad) of a pose that somebody tells: nobody knows it more exactly."""
 LEVEL = math.cos(math.radians(6.0))
 """Cosine of the angle by which a laser may lean: at 8 m its rays are then 0.8 m too high or too low."""
+MOST_RAYS = 4000
+"""Most ranges of a scan: more would take too long, and no laser of a robot has them."""
 FULL_TURN = 2.0 * math.pi + 0.1
 """Widest scan (rad)."""
 LONGEST_SCAN = 1.0
@@ -65,15 +67,17 @@ def mount_of(transform: Any) -> Tuple[Pose, bool]:
     A laser that is upside down, and says so in tf, measures clockwise.
 
     Raises:
-        UsageError: it looks up or down: then it meets no walls, or the floor.
+        UsageError: it looks up or down: then it meets no walls, or the floor. Or its place is not finite.
     """
-    turn = transform.rotation
+    turn, place = transform.rotation, transform.translation
+    if not (math.isfinite(place.x) and math.isfinite(place.y)):
+        raise UsageError("the place of the laser must be finite, not (%g, %g)" % (place.x, place.y))
     up = 1.0 - 2.0 * (turn.x * turn.x + turn.y * turn.y)        # z of the laser's z axis
     if not abs(up) >= LEVEL:        # also if it is not a number
         raise UsageError("the laser leans by %.0f degrees: only one that looks along the floor is of use"
                          % math.degrees(math.acos(min(1.0, abs(up)))))
     ahead = (1.0 - 2.0 * (turn.y * turn.y + turn.z * turn.z), 2.0 * (turn.x * turn.y + turn.z * turn.w))
-    return Pose(transform.translation.x, transform.translation.y, math.atan2(ahead[1], ahead[0])), bool(up < 0.0)
+    return Pose(place.x, place.y, math.atan2(ahead[1], ahead[0])), bool(up < 0.0)
 
 
 def sweep_of(message: Any, mount: Pose, upside_down: bool, offset: float) -> LaserSweep:
@@ -95,8 +99,9 @@ def sweep_of(message: Any, mount: Pose, upside_down: bool, offset: float) -> Las
     for name, value in numbers.items():
         if not math.isfinite(value):
             raise UsageError("%s of a scan is %g: it must be a finite number" % (name, value))
-    if count < 2 or not 0.0 < abs(step) * (count - 1) <= FULL_TURN:
-        raise UsageError("a scan has %d ranges, %g rad apart: it must have at least 2, within one turn" % (count, step))
+    if not 2 <= count <= MOST_RAYS or not 0.0 < abs(step) * (count - 1) <= FULL_TURN:
+        raise UsageError("a scan has %d ranges, %g rad apart: it must have 2 to %d, within one turn"
+                         % (count, step, MOST_RAYS))
     if abs(first + (count - 1) * step - message.angle_max) > 1.5 * abs(step):
         raise UsageError("a scan has %d ranges, but from angle_min %.4g to angle_max %.4g in steps of %.4g there are %d"
                          % (count, first, message.angle_max, step, round((message.angle_max - first) / step) + 1))
