@@ -72,12 +72,12 @@ class BenchLaser:
         """Return the newest scan that has arrived. `before` and `now`: times (s) of two packets, and their odometry."""
         ready = now[0] - self.ON_THE_LINE
         begin = ready // TURN_S * TURN_S - TURN_S
-        ranges = self._optics.measure(self.PLAN, begin, lambda at: composed(self._history.pose_at(at), self._mount))
+        measured = self._optics.measure(self.PLAN, begin, lambda at: composed(self._history.pose_at(at), self._mount))
         swept = self.PLAN.after[-1]
         first, middle, last = (between(before[1], now[1], (at - before[0]) / (now[0] - before[0]))
                                for at in (begin, begin + swept / 2.0, begin + swept))
         return Scan(begin + swept / 2.0, middle, self._mount, self.PLAN.angles[0], math.radians(1.0),
-                    ranges.round(3), relative(first, last))
+                    measured.distances.round(3), relative(first, last))
 
 
 class SimulatedRobot:
