@@ -1,7 +1,7 @@
 """Runs every suite of tests, side by side where no suite disturbs another. `summary.py` adds up the results.
 
-Two rows run beside each other. One has the suites of pytest that need several workers, one at a time. The other has the
-rostests, which mostly wait, and at last what needs one process each: as many at once as there are processors.
+Two rows run beside each other. One has the suites of pytest, one at a time: each has workers of its own. The other has
+the rostests, which mostly wait, and at last the checks of all code: as many at once as there are processors.
 
     run_all.py SOURCE RESULTS LOGS
 
@@ -63,9 +63,9 @@ def all_rows(source: pathlib.Path, results: pathlib.Path, cores: int) -> List[Ro
     rostests.sort(key=lambda path: LONGEST_FIRST.index(path.stem) if path.stem in LONGEST_FIRST else len(LONGEST_FIRST))
     of_pytest = [
         pytest_suite("integration", results, 3 * cores), pytest_suite("browser", results, cores + 1),
-        pytest_suite("unit", results, cores)]
-    single = [pytest_suite("messages", results, 1), check_suite("mypy", results), check_suite("flake8", results)]
-    return [Row(of_pytest), Row([rostest_suite(path, results) for path in rostests] + single, cores)]
+        pytest_suite("unit", results, cores), pytest_suite("messages", results, cores)]
+    checks = [check_suite("mypy", results), check_suite("flake8", results)]
+    return [Row(of_pytest), Row([rostest_suite(path, results) for path in rostests] + checks, cores)]
 
 
 def pytest_suite(kind: str, results: pathlib.Path, workers: int) -> Suite:

@@ -140,6 +140,6 @@ def test_rviz_shows_the_topics_of_the_robot_in_whose_namespace_it_is():
     displays = config["Visualization Manager"]["Displays"]
     topics = {display[key] for display in displays for key in ("Topic", "Marker Topic") if key in display}
     assert topics == {"map", "world_markers", "pose", "ground_truth", "cans", "markers", "sonar_ranges", "sonar_points",
-                      "particlecloud", "plan", "footprint", "ptz_view"}
+                      "particlecloud", "plan", "footprint", "ptz_view", "scan"}
     tools = {tool["Topic"] for tool in config["Visualization Manager"]["Tools"] if "Topic" in tool}
     assert tools == {"initialpose", "move_base_simple/goal"}
