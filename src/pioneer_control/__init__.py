@@ -28,9 +28,9 @@ The files that the folders share: ``errors`` (every exception), ``wire_fields`` 
 ``wire_words`` (the same for people), ``parameters`` (how a node checks its parameters), ``floor_poses`` (poses and
 their transforms), ``message_values`` (what the numbers in messages mean), ``standard_messages`` (sonar and battery in
 messages of standard packages), ``port_url`` (the URL of a robot's port, and its key), ``ros_node`` (how a node starts
-and ends), ``diagnostics_thread`` (how a node says how its device is), ``interrupt`` (Ctrl-C without a traceback),
-``console`` (the commands of the wheel), ``whole_file`` (write a file completely or not at all) and ``pictures`` (what
-all pictures share).
+and ends), ``diagnostics_thread`` (how a node says how its device is), ``prompt_connection`` (messages leave at once),
+``interrupt`` (Ctrl-C without a traceback), ``console`` (the commands of the wheel), ``whole_file`` (write a file
+completely or not at all) and ``pictures`` (what all pictures share).
 
 ``import pioneer_control`` alone loads none of these files and folders, and neither rospy nor serial.
 """

@@ -29,6 +29,7 @@ ROOMS = {
     "parameters": set(),
     "ros_node": {"interrupt"},
     "diagnostics_thread": set(),
+    "prompt_connection": set(),
     "whole_file": set(),
     "pictures": {"whole_file"},
     "port_url": set(),
@@ -37,7 +38,8 @@ ROOMS = {
     "p2os": {"wire_fields", "wire_words"},
     "lms2xx": {"wire_fields", "wire_words"},
     # robots: where the laser of a model sits; client: its ports
-    "laser": {"lms2xx", "parameters", "ros_node", "diagnostics_thread", "robots", "client"},
+    "laser": {"lms2xx", "parameters", "ros_node", "diagnostics_thread", "prompt_connection", "robots",
+              "client"},
     "vcc4": {"wire_fields"},
     # client: the line of the robot, and ports
     "ptz": {"p2os", "vcc4", "client"},
@@ -49,7 +51,7 @@ ROOMS = {
     "maps": {"floor_poses", "parameters", "whole_file"},
     "navigation": {"floor_poses", "maps", "message_values", "parameters", "robots"},
     "driver": {"message_values", "standard_messages", "parameters", "port_url", "ros_node", "diagnostics_thread",
-               "p2os", "robots", "client", "vcc4", "ptz", "arm", "msg", "srv"},
+               "prompt_connection", "p2os", "robots", "client", "vcc4", "ptz", "arm", "msg", "srv"},
     "simulator": {"message_values", "parameters", "ros_node", "pictures", "maps", "wire_fields", "p2os", "lms2xx",
                   "vcc4", "robots"},
     # robots: the outline, where a driver does not tell it
@@ -69,7 +71,8 @@ ROOMS = {
             "client", "bags", "msg"},
 }
 # Files that may use ROS, by the start of their path in the package.
-ROS_PLACES = ("ros_node.py", "diagnostics_thread.py", "standard_messages.py", "description/node.py", "driver/",
+ROS_PLACES = ("ros_node.py", "diagnostics_thread.py", "prompt_connection.py", "standard_messages.py",
+              "description/node.py", "driver/",
               "tutorial/", "bags/", "teleop/node.py", "laser/node.py", "calibration/node.py", "navigation/node/",
               "web/graph.py", "web/graph_navigation.py", "web/node.py", "simulator/node.py", "service/launched.py",
               "service/command_line.py")

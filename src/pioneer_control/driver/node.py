@@ -24,6 +24,7 @@ from ..client.alarms import unmoved
 from ..client.line_devices import LineDevices
 from ..errors import PioneerError, PortError
 from ..port_url import without_key
+from ..prompt_connection import send_promptly
 from ..ros_node import START_GRACE, init_node, run_device
 from .accelerations import BorrowedAccelerations
 from .accessory_requests import DOCKED
@@ -31,7 +32,6 @@ from .diagnostics import Diagnostics
 from .helm_topic import HelmPublisher
 from .notices import Throttle, Watch
 from .parameters import BY_HAND, TUNING, DriverParameters, check_parameters
-from .prompt import send_promptly
 from .publications import Publications
 from .reconfigure import Reconfiguration
 from .requests import STOP_ALL, Requests
@@ -267,5 +267,5 @@ def main() -> int:
     """Run the node and return the exit code: 0 after a shutdown, 1 the robot cannot be driven, 2 a wrong parameter."""
     init_node("p2os")
     if not send_promptly():
-        rospy.logdebug("this rospy is not as driver/prompt.py expects it: messages go its own way")
+        rospy.logdebug("this rospy is not as prompt_connection.py expects it: messages go its own way")
     return run_device(check_parameters, DriverNode)

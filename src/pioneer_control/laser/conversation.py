@@ -8,17 +8,20 @@ import math
 from typing import Any, Generator, List, NamedTuple, Optional, Tuple, Type, Union
 
 from ..errors import LinkError
-from ..lms2xx import (MEASURING_MODES, SPEEDS, AskConfiguration, AskErrors, AskStatus, AskType, Availability,
+from ..lms2xx import (MEASURING_MODES, METRES, SPEEDS, AskConfiguration, AskErrors, AskStatus, AskType, Availability,
                       Configuration, ConfigurationReply, ConfigurationWritten, DeviceError, ErrorsReply, Mode, ModeSet,
-                      NotPossible, PowerOn, ScanReply, SetMode, SetVariant, StatusReply, TypeReply, Unit, Variant,
+                      NotPossible, PowerOn, ScanReply, SetMode, SetVariant, StatusReply, TypeReply, Variant,
                       VariantSet, WriteConfiguration, farthest_m, scan_time)
 from .settings import LaserSettings
 
-HEARD_WITHIN = 0.15         # s: ACK, which a laser sends within 0.06 s (sheet 1.2)
+# s: ACK, which a laser sends within 0.06 s (sheet 1.2). It may stand behind a scan that was cut, which is given up
+# after `PARTIAL_TIMEOUT`.
+HEARD_WITHIN = 0.3
 ANSWERS_WITHIN = 1.0        # s: most requests
 MODE_WITHIN = 3.0           # s: a change of the mode (sheet 1.2)
 WRITE_WITHIN = 15.0         # s: to write the configuration
 AFTER_NEW_SPEED = 0.25      # s until the laser listens at a new speed (sheet 1.9)
+_INDICES = Availability.INDICES.value
 TRIES = 3                   # while the mirror turns a request may be missed
 
 
@@ -86,13 +89,13 @@ class LaserInfo(NamedTuple):
     @property
     def scan_time(self) -> float:
         """The time (s) from one scan of its stream to the next, as the speed of the line allows it."""
-        return scan_time(self.variant, self.baud, bool(self.configuration.availability & Availability.INDICES))
+        return scan_time(self.variant, self.baud, bool(self.configuration.availability & _INDICES))
 
     @property
     def farthest_m(self) -> float:
         """The distance (m) that is just too far for it. NaN if it measures in a unit that nobody has explained."""
         unit = self.configuration.unit
-        return farthest_m(MEASURING_MODES[self.configuration.measuring_mode], unit) if unit in list(Unit) else math.nan
+        return farthest_m(MEASURING_MODES[self.configuration.measuring_mode], unit) if unit in METRES else math.nan
 
 
 class NoLaserError(LinkError):

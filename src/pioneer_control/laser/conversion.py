@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..lms2xx import MEASURING_MODES, TURN_S, Unit, farthest_m, ranges_m, reflector_levels
+from ..lms2xx import MEASURING_MODES, TURN_S, farthest_m, ranges_m, reflector_levels
 from .session import ScanHeard
 
 RAY_TIME = TURN_S / 360.0
@@ -63,7 +63,7 @@ def numbers_of(heard: ScanHeard, inverted: bool = False, no_echo_is_max: bool = 
     variant, configuration = heard.info.variant, heard.info.configuration
     mode = MEASURING_MODES[configuration.measuring_mode]
     ranges, intensities = ranges_m(heard.scan, mode), reflector_levels(heard.scan, mode)
-    farthest = farthest_m(mode, Unit(heard.scan.unit))
+    farthest = farthest_m(mode, heard.scan.unit)
     if no_echo_is_max:
         ranges[np.isposinf(ranges)] = farthest - BELOW_MAX
     if inverted:

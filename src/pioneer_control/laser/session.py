@@ -5,12 +5,11 @@ sends it again when it was not heard, hands the reply back, and notices when a l
 """
 
 import math
-from collections import deque
-from typing import Any, Deque, Generator, List, NamedTuple, Optional, Sequence, Union
+from typing import Any, Generator, List, NamedTuple, Optional, Sequence, Union
 
-from ..lms2xx import (MESSAGES, PARTIAL_TIMEOUT, WELL, Answer, ConfigurationWritten, MalformedMessage, PowerOn, RawScan,
-                      Resetting, ScanReply, Telegram, TelegramCounts, TelegramDecoder, Unit, VariantSet, decode, encode,
-                      first_ray_before_first_byte, severity, time_on_line)
+from ..lms2xx import (MESSAGES, METRES, PARTIAL_TIMEOUT, WELL, Answer, ConfigurationWritten, MalformedMessage, PowerOn,
+                      RawScan, Resetting, ScanReply, Telegram, TelegramCounts, TelegramDecoder, VariantSet, decode,
+                      encode, first_ray_before_first_byte, severity, time_on_line)
 from .conversation import (Ask, LaserInfo, LaserSpeed, NoLaserError, Pause, SetLineSpeed, Step, asking, closing,
                            opening)
 from .settings import LaserSettings
@@ -59,7 +58,7 @@ Event = Union[Measuring, ScanHeard, LaserLost]
 def fits(scan: RawScan, info: LaserInfo) -> bool:
     """Return whether a scan is one that this laser was told to send. Another program may have told it something else.
     """
-    return len(scan.values) == info.variant.values and not scan.partial and scan.unit in list(Unit)
+    return len(scan.values) == info.variant.values and not scan.partial and scan.unit in METRES
 
 
 class LaserCounts(NamedTuple):
@@ -99,7 +98,7 @@ class LaserSession:
         """
         self._settings, self._has_speed = settings, has_speed
         self._decoder = TelegramDecoder(from_laser=True)
-        self._output: Deque[Union[bytes, SetLineSpeed]] = deque()
+        self._output: List[Union[bytes, SetLineSpeed]] = []
         self._scans = self._malformed = self._repeated = self._lost = 0
         self._heard_at = now
         self._info: Optional[LaserInfo] = None
@@ -126,8 +125,7 @@ class LaserSession:
 
     def take_output(self) -> List[Union[bytes, SetLineSpeed]]:
         """Return what is to be done now, in this order: write bytes, or set the speed of the port when all are sent."""
-        output = list(self._output)
-        self._output.clear()
+        output, self._output = self._output, []
         return output
 
     def receive(self, data: bytes, now: float) -> List[Event]:
@@ -144,6 +142,8 @@ class LaserSession:
 
         Before that one the line was busy all the time, but for the pauses of a stream, in which the laser measures.
         """
+        if not found:
+            return []
         info = self._info
         baud = self._settings.baud if info is None else info.baud
         scans_apart = 0.0 if info is None else info.scan_time

@@ -28,7 +28,7 @@ from .replies import (ConfigurationReply, ConfigurationWritten, DeviceError, Err
                       PartReply, PowerOn, Resetting, ScanReply, SpeedKept, StatusReply, TypeReply, VariantSet)
 from .requests import (PASSWORD, SPEEDS, AskConfiguration, AskErrors, AskMean, AskScan, AskStatus, AskType, AskValues,
                        KeepSpeed, Mode, ResetLaser, ScanPart, SetMode, SetVariant, Speed, WriteConfiguration)
-from .scans import CODES, DAZZLED, Indices, RawScan, codes_in, farthest_m, ranges_m, reflector_levels
+from .scans import CODES, DAZZLED, METRES, Indices, RawScan, codes_in, farthest_m, ranges_m, reflector_levels
 from .telegrams import (LONGEST, PARTIAL_TIMEOUT, Answer, Severity, Status, Telegram, TelegramCounts, TelegramDecoder,
                         crc, encode_telegram, severity)
 
@@ -41,6 +41,6 @@ __all__ = [
     "ConfigurationReply", "ConfigurationWritten", "DeviceError", "ErrorsReply", "ModeSet", "NotPossible", "PartReply",
     "PowerOn", "Resetting", "ScanReply", "SpeedKept", "StatusReply", "TypeReply", "VariantSet",
     "FACTORY", "MEASURING_MODES", "Availability", "Configuration", "MeasuringMode", "Unit",
-    "CODES", "DAZZLED", "Indices", "RawScan", "codes_in", "farthest_m", "ranges_m", "reflector_levels",
+    "CODES", "DAZZLED", "METRES", "Indices", "RawScan", "codes_in", "farthest_m", "ranges_m", "reflector_levels",
     "TURN_S", "VARIANTS", "Variant", "first_ray_before_first_byte", "scan_bytes", "scan_time", "time_on_line",
 ]

@@ -7,6 +7,7 @@ scans that it sends passes a whole number of scans.
 """
 
 import math
+from functools import lru_cache
 from typing import NamedTuple, Tuple
 
 TURN_S = 1.0 / 75.0
@@ -64,6 +65,7 @@ def time_on_line(count: int, baud: int) -> float:
     return count * BITS_OF_A_BYTE / baud
 
 
+@lru_cache(maxsize=None)
 def scan_time(variant: Variant, baud: int, indices: bool = False) -> float:
     """Return the time (s) from one scan to the next in a stream."""
     sending = time_on_line(scan_bytes(variant.values, indices), baud)

@@ -16,7 +16,7 @@ Array = Any     # of numpy
 
 MOST_VALUES = 401
 _COUNT_BITS, _QUARTER_SHIFT, _PARTIAL_BIT, _UNIT_SHIFT = 0x3FF, 11, 0x2000, 14
-METRES = {Unit.CENTIMETRES: 0.01, Unit.MILLIMETRES: 0.001, Unit.TEN_CENTIMETRES: 0.1}
+METRES: Dict[int, float] = {Unit.CENTIMETRES: 0.01, Unit.MILLIMETRES: 0.001, Unit.TEN_CENTIMETRES: 0.1}
 """The length (m) of one step of a value."""
 
 CODES: Dict[int, Tuple[float, str]] = {
@@ -31,6 +31,7 @@ CODES: Dict[int, Tuple[float, str]] = {
 (m), and words. What stands here and what lies between is no distance.
 """
 _LOWEST_CODE = min(CODES)
+_CODE_RANGES = np.array([CODES.get(code, (math.nan, ""))[0] for code in range(_LOWEST_CODE, 0)], dtype=np.float32)
 DAZZLED = CODES[-2][1]
 
 
@@ -96,13 +97,11 @@ def ranges_m(scan: RawScan, mode: MeasuringMode) -> Array:
     the laser could not measure (REP 117).
     """
     steps = np.array(scan.values, dtype=np.int32) & (1 << mode.distance_bits) - 1
-    ranges = (steps * METRES[Unit(scan.unit)]).astype(np.float32)
-    if mode.distance_bits == 16:        # all its bits are the distance: it has no codes
-        return ranges
-    codes = steps - (1 << mode.distance_bits)
-    ranges[codes >= _LOWEST_CODE] = np.nan
-    for code, (value, _) in CODES.items():
-        ranges[codes == code] = value
+    ranges = (steps * METRES[scan.unit]).astype(np.float32)
+    if mode.distance_bits < 16:         # else all its bits are the distance: it has no codes
+        lowest = (1 << mode.distance_bits) + _LOWEST_CODE
+        is_code = steps >= lowest
+        ranges[is_code] = _CODE_RANGES[steps[is_code] - lowest]
     return ranges
 
 
@@ -127,4 +126,4 @@ def reflector_levels(scan: RawScan, mode: MeasuringMode) -> Array:
 
 def farthest_m(mode: MeasuringMode, unit: int) -> float:
     """Return the distance (m) that is just too far for a measuring mode: its full scale."""
-    return ((1 << mode.distance_bits) + _LOWEST_CODE) * METRES[Unit(unit)]
+    return ((1 << mode.distance_bits) + _LOWEST_CODE) * METRES[unit]

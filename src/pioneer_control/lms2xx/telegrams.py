@@ -46,6 +46,9 @@ class Answer(enum.Enum):
     NAK = 0x15
 
 
+_ANSWERS = {answer.value: answer for answer in Answer}
+
+
 class Telegram(NamedTuple):
     """One telegram.
 
@@ -200,8 +203,8 @@ class TelegramDecoder:
         """
         held, at, found = self._held + data, 0, []      # type: bytes, int, List[Union[Telegram, Answer]]
         while at < len(held):
-            if self._reply_bit and held[at] in (Answer.ACK.value, Answer.NAK.value):
-                found.append(Answer(held[at]))
+            if self._reply_bit and held[at] in _ANSWERS:
+                found.append(_ANSWERS[held[at]])
                 self._answers += 1
                 at += 1
                 continue

@@ -14,10 +14,11 @@ import rospy.topics
 from nav_msgs.msg import Odometry
 from tf2_msgs.msg import TFMessage
 
+from pioneer_control import prompt_connection
 from pioneer_control.driver import conversions, prompt
 from pioneer_control.driver.parameters import DriverParameters
-from pioneer_control.driver.prompt import PromptConnection
 from pioneer_control.msg import SonarArray
+from pioneer_control.prompt_connection import PromptConnection
 
 from robot_reports import STAMP, STATE
 
@@ -237,12 +238,12 @@ def connected_by_rospy(transport):
 
 
 def test_rospy_takes_it(rospys_own):
-    assert prompt.send_promptly()
+    assert prompt_connection.send_promptly()
     assert type(connected_by_rospy(Transport())) is PromptConnection
 
 
 def test_a_connection_that_is_no_socket_goes_rospys_own_way(rospys_own):
-    assert prompt.send_promptly()
+    assert prompt_connection.send_promptly()
     transport = Transport()
     number = transport.fileno()
     transport.tcp, transport.socket, transport.fileno = transport.socket, None, lambda: number
@@ -257,9 +258,9 @@ def test_a_rospy_that_makes_connections_in_another_way_is_left_as_it_is(rospys_o
             pass
 
     monkeypatch.setattr(rospy.topics, "QueuedConnection", Another)
-    assert not prompt.send_promptly() and rospy.topics.QueuedConnection is Another
+    assert not prompt_connection.send_promptly() and rospy.topics.QueuedConnection is Another
     monkeypatch.delattr(rospy.topics, "QueuedConnection")
-    assert not prompt.send_promptly() and not hasattr(rospy.topics, "QueuedConnection")
+    assert not prompt_connection.send_promptly() and not hasattr(rospy.topics, "QueuedConnection")
 
 
 COVARIANCE = conversions.covariances(DriverParameters())
