@@ -52,6 +52,7 @@ class Reader:
 
     def ask(self, question):
         self.heard.append(question)
+        assert len(self.heard) < 500, "it asks for ever: %s" % question
         if "Two numbers" not in question and "Type the two" not in question:
             return ""
         self.asked += 1
