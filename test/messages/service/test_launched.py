@@ -171,14 +171,15 @@ def test_a_wrong_option_ends_with_2(given, capsys):
     assert given[1] in capsys.readouterr().err
 
 
-def test_a_fleet_has_a_driver_on_each_robots_computer(monkeypatch):
-    monkeypatch.setenv("USER", "ada")
+@pytest.mark.parametrize("given, user", [(["user:=ada"], "ada"), ([], None)])
+def test_a_fleet_has_a_driver_on_each_robots_computer(given, user):
+    """Without a user, roslaunch leaves it to the configuration of ssh."""
     path = str(pathlib.Path(__file__).resolve().parents[3] / "launch" / "fleet_machines.launch")
-    config = load_config_default([(path, ["robots:=robot1 robot2 robot3", "port:=/dev/ttyS0"])], None, verbose=False,
-                                 assign_machines=False)
+    config = load_config_default([(path, ["robots:=robot1 robot2 robot3", "port:=/dev/ttyS0", *given])], None,
+                                 verbose=False, assign_machines=False)
     assert [(node.namespace, node.machine_name, node.type) for node in config.nodes] == [
         ("/%s/" % name, name, "p2os_driver") for name in ("robot1", "robot2", "robot3")]
     assert {name: (machine.address, machine.user, machine.env_loader) for name, machine in config.machines.items()
-            if name} == {name: (name, "ada", "/usr/local/bin/pioneer-env") for name in ("robot1", "robot2", "robot3")}
+            if name} == {name: (name, user, "/usr/local/bin/pioneer-env") for name in ("robot1", "robot2", "robot3")}
     assert config.params["/robot3/p2os/frame_prefix"].value == "robot3/"
     assert {config.params["/%s/p2os/port" % name].value for name in ("robot1", "robot2")} == {"/dev/ttyS0"}
