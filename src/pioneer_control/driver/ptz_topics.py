@@ -8,7 +8,7 @@ publishes what is known.
 import contextlib
 import math
 from time import monotonic
-from typing import Any, Callable, List, Tuple
+from typing import Any, Callable, Iterator, List, Tuple
 
 import rospy
 from geometry_msgs.msg import Point, Quaternion, Transform, TransformStamped, Vector3
@@ -135,8 +135,7 @@ class PtzTopics:
 
     def control(self, topic: str, message: PTZState, sender: str) -> None:
         """Obey ptz_control: whole degrees and zoom steps; relative ones are added to the last targets."""
-        self._check_locks(topic)
-        with self._using() as now:
+        with self._commanding(topic) as now:
             before = self._session.target if message.relative else (0, 0, 0)
             pan, tilt = (count + count_of(max(-MOST_DEGREES, min(MOST_DEGREES, degrees)))
                          for count, degrees in zip(before, (message.pan, message.tilt)))
@@ -146,17 +145,15 @@ class PtzTopics:
 
     def move_joints(self, topic: str, message: JointState, sender: str) -> None:
         """Obey ptz_joint_control: angles of one joint or both (rad); the other one keeps its target."""
-        self._check_locks(topic)
         wanted = joint_targets(topic, message)
-        with self._using() as now:
+        with self._commanding(topic) as now:
             pan, tilt = joints(*self._session.target[:2])
             pan, tilt = wanted.get(JOINTS[0], pan), wanted.get(JOINTS[1], tilt)
             self._session.look(*counts_of_joints(pan, tilt), now)
 
     def home(self) -> str:
         """Send the camera home. Return the text of the answer."""
-        self._check_locks("ptz/home")
-        with self._using() as now:
+        with self._commanding("ptz/home") as now:
             self._session.home(now)
         return "the camera was told to go home"
 
@@ -168,9 +165,7 @@ class PtzTopics:
 
     def power(self, on: bool) -> str:
         """Switch the camera on or off. Return the text of the answer: it takes a while."""
-        if on:
-            self._check_locks("ptz/power")
-        with self._using() as now:
+        with self._commanding("ptz/power") if on else self._using() as now:
             self._session.power(on, now)
         return "the camera is being switched %s" % ("on, and initialised" if on else "off")
 
@@ -179,9 +174,16 @@ class PtzTopics:
         with contextlib.suppress(RefusedError):
             self.stop()
 
-    def _check_locks(self, what: str) -> None:
-        for lock in self._locks():
-            raise RefusedError("%s refused: %s is set" % (what, lock))
+    @contextlib.contextmanager
+    def _commanding(self, what: str) -> Iterator[float]:
+        """Let the caller command the camera in a ``with`` block, unless a lock is set. It gets the time (s).
+
+        The lock is looked for in the block: whoever sets it later stops what was begun here, in `_halt`.
+        """
+        with self._using() as now:
+            for lock in self._locks():
+                raise RefusedError("%s refused: %s is set" % (what, lock))
+            yield now
 
 
 def joint_targets(topic: str, message: JointState) -> Any:

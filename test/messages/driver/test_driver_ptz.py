@@ -347,3 +347,21 @@ def test_every_topic_and_service_is_tried_above():
     text = open(__file__, encoding="utf-8").read()
     for row in PTZ_TOPICS + PTZ_SERVICES:
         assert '"%s"' % row.name in text
+
+
+def test_a_lock_that_is_set_just_before_the_camera_is_told_to_turn_keeps_it_still(run):
+    def script(bottle):
+        yield from bottle.ready()
+        using = bottle.node._camera._using
+
+        def locked_first():
+            bottle.node._camera._using = using
+            bottle.send("stop_all", Bool(True))
+            return using()
+
+        bottle.node._camera._using = locked_first
+        bottle.send("ptz_control", PTZState(45, 20, 0, False))
+        yield from bottle.wait(2.0)
+
+    bottle = run(script)
+    assert "ptz_control refused: stop_all is set" in bottle.warned and bottle.place == (0, 0, 0)
