@@ -13,6 +13,7 @@ safety are in the client and use monotonic time.
 """
 
 import contextlib
+import traceback
 from time import monotonic
 from typing import Any, Callable, Dict, Mapping, Tuple
 
@@ -164,7 +165,10 @@ class DriverNode:
         This method does not wait until the connection to the robot is closed. `run` does.
         """
         self._asked_to_end = True
-        self._rest_devices()
+        try:
+            self._rest_devices()
+        except Exception:       # whatever is wrong with a device: the robot is stopped and closed
+            rospy.logerr("a device did not come to rest at the end: %s", traceback.format_exc())
         self._robot.close(wait=False)
         self._diagnostics.stop()
         self._publications.close()

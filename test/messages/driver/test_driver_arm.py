@@ -7,6 +7,7 @@ import math
 import pytest
 import rospy
 from bottle import Bottle
+from geometry_msgs.msg import Twist, Vector3
 from std_msgs.msg import Bool, Float64
 from test_driver_requests import ask
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -17,6 +18,7 @@ from pioneer_control.driver import node as node_module
 from pioneer_control.driver.arm_topics import ARM_SERVICES, ARM_TOPICS
 from pioneer_control.driver.parameters import DriverParameters
 from pioneer_control.errors import UsageError
+from pioneer_control.msg import MotorState
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.firmware import Firmware
 from pioneer_control.simulator.hardware import standard_numbers
@@ -472,3 +474,23 @@ def test_every_parameter_of_the_arm_is_in_the_table():
 
 def test_services_are_those_of_the_sheet():
     assert [service.name for service in ARM_SERVICES] == ["arm/power", "arm/home", "arm/park", "arm/stop", "arm/init"]
+
+
+# -- the end
+
+def test_a_device_that_fails_at_the_end_keeps_the_robot_from_no_stop(monkeypatch):
+    def script(bottle):
+        bottle.send("cmd_motor_state", MotorState(1))
+        yield 0.5
+        for _ in range(5):
+            bottle.send("cmd_vel", Twist(Vector3(0.3, 0, 0), Vector3()))
+            yield 0.1
+
+        def fail():
+            raise RuntimeError("a device with a mistake")
+
+        bottle.node._rest_devices = fail
+
+    bottle = Bottle(monkeypatch, script)
+    assert bottle.says("a device with a mistake") and bottle.commands("CLOSE") and bottle.exit_code == 0
+    assert not bottle.firmware.motors_enabled and bottle.velocities[-1][1][0] == 0.0
