@@ -100,19 +100,28 @@ class SteeredRobot:
                     raise self._refused("motors on", lock)
             return self._robot.request_motors(on, timeout)
 
-    def take(self, name: str, who: str = "") -> None:
-        """Take the helm for an input, without a velocity: the robot stops when an input of lower priority drives it."""
+    def take(self, name: str, who: str = "", begin: Callable[[], None] = lambda: None) -> None:
+        """Take the helm for an input, without a velocity: the robot stops when an input of lower priority drives it.
+
+        Then ``begin`` is called, before any lock can be set: a lock that comes later ends what it begins. If it raises
+        PioneerError, whoever had the helm before still has it.
+        """
         with self._turn:
+            holder = self._helm.state(monotonic()).holder
             self._take(name, who)
+            try:
+                begin()
+            except PioneerError:
+                if not holder:
+                    self._release()
+                raise
 
     def release(self) -> str:
         """Take the helm from the input that has it, and return the name of that input. The robot stops first."""
         with self._turn:
             holder = self._helm.state(monotonic()).holder
             if holder:
-                self._robot.stop()
-                self._helm.release()
-                self._tell()
+                self._release()
             return holder
 
     def lock(self, name: str) -> None:
@@ -146,6 +155,11 @@ class SteeredRobot:
         """Call on_change if the commander has been silent for too long meanwhile."""
         with self._turn:
             self._tell()
+
+    def _release(self) -> None:
+        self._robot.stop()
+        self._helm.release()
+        self._tell()
 
     def _take(self, name: str, who: str) -> None:
         takes_over = self._helm.takes_over(name, monotonic())

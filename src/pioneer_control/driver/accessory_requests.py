@@ -46,14 +46,7 @@ class AccessoryRequests:
         if not on:
             self._accessories.allow_joystick(False)
             return "no joystick drives the robot"
-        holder = self._steered.state().holder
-        self._steered.take(BY_HAND, "the joystick of the robot")
-        try:
-            self._accessories.allow_joystick(True)
-        except PioneerError:
-            if not holder:
-                self._steered.release()
-            raise
+        self._steered.take(BY_HAND, "the joystick of the robot", lambda: self._accessories.allow_joystick(True))
         return "a joystick at the robot's port may drive it; the robot does not say whether it does"
 
     def dock(self) -> str:

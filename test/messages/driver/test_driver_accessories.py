@@ -3,6 +3,7 @@ simulated robot, in the answer, in the log.
 """
 
 import math
+import threading
 
 import pytest
 from bottle import Bottle
@@ -257,6 +258,32 @@ def test_a_joystick_that_may_not_drive_has_a_reason_and_programs_keep_the_helm(r
     bottle = run(script)
     assert not bottle.answer[0] and says in bottle.answer[1] and bottle.holder == ""
     assert bottle.commands("JOYDRIVE") == [] or all(value == 0 for _, value in bottle.commands("JOYDRIVE"))
+
+
+def test_a_lock_that_is_set_while_a_joystick_gets_the_helm_ends_it(run):
+    def script(bottle):
+        push(bottle)
+        bottle.send("cmd_motor_state", MotorState(1))
+        yield 0.5
+        accessories = bottle.node._requests.accessories._accessories
+        lock = threading.Thread(target=lambda: bottle.send("stop_all", Bool(True)))
+        allow = accessories.allow_joystick
+
+        def while_somebody_locks(on):
+            lock.start()
+            lock.join(0.2)      # it has to wait; else it is set, the robot stands, and the joystick drives nevertheless
+            for _ in range(3):
+                bottle.robot.wait_for_state()
+            allow(on)
+
+        accessories.allow_joystick = while_somebody_locks
+        yield from ask(bottle, "set_joystick_drive", True)
+        lock.join()
+        bottle.drives = yield from moves(bottle)
+        bottle.locks = bottle.node._steered.state().locks
+
+    bottle = run(script)
+    assert bottle.locks == ("stop_all",) and not bottle.drives
 
 
 # Docks
