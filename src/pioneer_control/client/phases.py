@@ -264,10 +264,12 @@ class Closing(SteppedPhase):
 
     def __init__(self, link: Link, before: Union[Opening, Connected], left: Left) -> None:
         super().__init__(link, before.odometry)
-        self._standing = not isinstance(before, Connected) or before.drive.at_rest
+        self._standing = not isinstance(before, Connected) or before.drive.at_rest and not before.drive.joystick
+        link.line.drop()
         if isinstance(before, Connected):
             before.drive.abandon(link.lost("closed"))
-        link.line.drop()
+            if before.drive.joystick:       # else it would drive on against the stop
+                before.drive.stop(link.now)
 
     def _steps(self) -> Procedure:
         link = self._link

@@ -9,6 +9,7 @@ import pytest
 
 from pioneer_control.client.accessories import say_packet
 from pioneer_control.client.drive import REFRESH
+from pioneer_control.client.phases import STAND_TIMEOUT
 from pioneer_control.errors import UsageError
 
 from fake_robot import Bench
@@ -95,6 +96,20 @@ def test_every_command_to_move_or_stop_ends_it(end):
     end(bench)
     bench.run(3 * REFRESH)
     assert told(bench) == [1, 0, 0, 0] and not bench.session.connected.drive.joystick
+
+
+def test_at_the_end_it_is_forbidden_and_the_robot_stands_before_its_motors_go_off():
+    bench = allowed()
+    assert moves_by_joystick(bench)
+    bench.robot.coasts = True       # it takes its time to stand
+    bench.robot.heard.clear()
+    bench.close()
+    bench.run_until(lambda: bench.finished)
+    names = bench.robot.names()
+    assert names[0] == "STOP" and told(bench) == [0, 0, 0] and names.index("JOYDRIVE") < names.index("ENABLE")
+    stopped, switched = (next(heard.time for heard in bench.robot.heard if heard.name == name)
+                         for name in ("STOP", "ENABLE"))
+    assert switched - stopped > 0.9 * STAND_TIMEOUT
 
 
 def test_a_new_connection_begins_without_it():
