@@ -56,6 +56,11 @@ class ArmSession:
         return self.phase.due
 
     @property
+    def stops(self) -> Sequence[bytes]:
+        """The packet that stops the arm."""
+        return (STOP,)
+
+    @property
     def ended(self) -> bool:
         """Whether the arm rests, after `end`."""
         return self._ending and not (isinstance(self.phase, Fitted) and self.phase.present_order is not None)

@@ -16,6 +16,8 @@ from .state import RobotState
 NOTE_UNIT = 0.02            # s, of the length of a note
 LONGEST_NOTE = 255 * NOTE_UNIT
 MOST_NOTES = 20
+SAY_BEHIND = 4
+"""Notes are refused while so many commands wait for the line. 20 notes take 50 ms at 9600 baud."""
 GRIPPER_OUTPUTS = 0x0F
 """The digital outputs that drive a gripper on the user I/O port: paddles and lift, each with its direction (protocol
 sheet 6.4). They are left alone on every robot with a gripper, for firmware does not tell for sure where it is.
@@ -59,10 +61,19 @@ class Accessories:
         self._robot = robot
 
     def say(self, notes: Sequence[Note]) -> None:
-        """Play notes. Raises UsageError when a note is not legal."""
+        """Play notes.
+
+        Raises:
+            UsageError: a note is not legal.
+            RefusedError: other commands wait for the line. Notes are long, and a stop of a device waits behind them.
+        """
         packet = say_packet(notes)
         self._check_known("SAY")
-        self._robot.send(packet)
+        with self._robot._link as connected:
+            if connected.waiting >= SAY_BEHIND:
+                raise RefusedError("the line is too slow for so many notes: %d commands wait already"
+                                   % connected.waiting)
+            connected.command(self._robot._now(), packet)
 
     def set_outputs(self, mask: int, states: int, timeout: float) -> None:
         """Set the digital outputs whose bits are 1 in ``mask`` (0 to 255) to their bits in ``states`` (0 to 255).

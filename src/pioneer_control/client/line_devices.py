@@ -28,6 +28,10 @@ class LineDevice(Protocol):
     def ended(self) -> bool:
         """Whether the device needs the line no more, after `end`."""
 
+    @property
+    def stops(self) -> Sequence[bytes]:
+        """Its packets that stop what moves: they are sent though the line is too slow for more commands."""
+
     def connected(self, identity: RobotIdentity, now: float) -> None:
         """Begin: the robot is connected, for the first time or once more."""
 
@@ -124,6 +128,7 @@ class LineDevices:
     def _send(self) -> None:
         for device in self._devices:
             for command in device.take_commands():
-                with contextlib.suppress(PioneerError):     # no link: LinkDown follows, or came already
-                    self._robot.send(command)
+                # no link: LinkDown follows, or came already; or too many commands wait: then it is lost, as any may be
+                with contextlib.suppress(PioneerError):
+                    self._robot.send(command, stops=command in device.stops)
         self._changed()

@@ -167,12 +167,23 @@ class Connected(Phase):
         return min(self.drive.due, self.data.due, self.tuner.due, self.link_check.due, self._link.last_sip + SILENCE,
                    self._pulse_at)
 
-    def command(self, now: float, *packets: bytes) -> None:
-        """Send packets that belong together. Raises RefusedError when LONGEST_QUEUE commands wait already."""
-        if self._link.line.full:
+    def command(self, now: float, *packets: bytes, stops: bool = False) -> None:
+        """Send packets that belong together. Raises RefusedError when LONGEST_QUEUE commands wait already.
+
+        What ``stops`` something is never refused. While it waits for the line, it is there once, however often it is
+        repeated.
+        """
+        if stops:
+            self._link.line.withdraw(*packets)
+        elif self._link.line.full:
             raise RefusedError("%s: the line is too slow for so many commands: %d wait already"
                                % (self._link.url, LONGEST_QUEUE))
         self._link.line.command(now, *packets)
+
+    @property
+    def waiting(self) -> int:
+        """Number of commands that wait for the line."""
+        return self._link.line.waiting
 
     def end_turn(self) -> None:
         """Tell a robot in lockstep that the program waits for the next state. Any other robot is told nothing."""

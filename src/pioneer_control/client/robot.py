@@ -322,7 +322,7 @@ class Robot:
         with self._link as robot:
             if not robot.identity.has_gripper:
                 raise RefusedError("%s: the robot reports no gripper" % self.url)
-            robot.command(self._now(), *packets)
+            robot.command(self._now(), *packets, stops=command is GripperCommand.HALT)
 
     def set_digital_out(self, mask: int, states: int) -> None:
         """Set the digital outputs whose bits are 1 in ``mask`` (0..255) to their bits in ``states`` (0..255)."""
@@ -346,10 +346,13 @@ class Robot:
         with self._link as robot:
             robot.odometry.reset()
 
-    def send(self, *packets: bytes) -> None:
-        """Send whole packets as they are. Raises LinkError without a link. What moves the robot has methods above."""
+    def send(self, *packets: bytes, stops: bool = False) -> None:
+        """Send whole packets as they are. Raises LinkError without a link. What moves the robot has methods above.
+
+        Raises RefusedError when very many commands wait for the line, unless the packets ``stops`` something.
+        """
         with self._link as robot:
-            robot.command(self._now(), *packets)
+            robot.command(self._now(), *packets, stops=stops)
 
     def _now(self) -> float:
         """Return the present time (s) for a command: monotonic time, unless the robot is in lockstep."""

@@ -10,11 +10,11 @@
     SERAUX                  the rest
 """
 
-from typing import Any, Dict, List, NamedTuple, Optional
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence
 
 from ..client import RobotIdentity
 from ..p2os import SerialAux, encode_command
-from ..vcc4 import SHORTEST_ANSWER
+from ..vcc4 import SHORTEST_ANSWER, encode_camera_command
 from .session import CameraSession
 
 MOST_REQUESTS = 2
@@ -62,6 +62,11 @@ class AuxCamera:
     def due(self) -> float:
         """Time (s) by which `tick` must be called."""
         return self.session.due
+
+    @property
+    def stops(self) -> Sequence[bytes]:
+        """The packet that stops pan and tilt."""
+        return (encode_command(self._commands.send, encode_camera_command("STOP")),)
 
     @property
     def ended(self) -> bool:

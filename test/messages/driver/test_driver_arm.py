@@ -18,7 +18,7 @@ from pioneer_control.driver import node as node_module
 from pioneer_control.driver.arm_topics import ARM_SERVICES, ARM_TOPICS
 from pioneer_control.driver.parameters import DriverParameters
 from pioneer_control.errors import UsageError
-from pioneer_control.msg import MotorState
+from pioneer_control.msg import MotorState, Sounds
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.firmware import Firmware
 from pioneer_control.simulator.hardware import standard_numbers
@@ -474,6 +474,23 @@ def test_every_parameter_of_the_arm_is_in_the_table():
 
 def test_services_are_those_of_the_sheet():
     assert [service.name for service in ARM_SERVICES] == ["arm/power", "arm/home", "arm/park", "arm/stop", "arm/init"]
+
+
+def test_a_stop_reaches_the_arm_also_when_many_commands_wait_for_the_line(run):
+    def script(bottle):
+        yield from bottle.power()
+        bottle.move(base=0.5)
+        yield from bottle.wait(0.3)
+        for _ in range(40):
+            bottle.send("say", Sounds([0.1] * 20, [60] * 20))
+        assert bottle.call("arm/stop").success
+        told_at = bottle.now
+        yield from bottle.wait(3.0)
+        bottle.stops = [time - told_at for time, name, _ in bottle.heard if name == "ARM_STOP"]
+
+    bottle = run(script)
+    assert "say refused" in bottle.warned or "too slow for so many notes" in bottle.warned
+    assert len(bottle.stops) == 1 and bottle.stops[0] < 0.4
 
 
 # -- the end

@@ -9,8 +9,10 @@ import pytest
 
 from pioneer_control.client.accessories import say_packet
 from pioneer_control.client.drive import REFRESH
+from pioneer_control.client.line import LONGEST_QUEUE
 from pioneer_control.client.phases import STAND_TIMEOUT
-from pioneer_control.errors import UsageError
+from pioneer_control.errors import RefusedError, UsageError
+from pioneer_control.p2os import encode_command
 
 from fake_robot import Bench
 
@@ -121,3 +123,20 @@ def test_a_new_connection_begins_without_it():
 def test_a_velocity_while_none_is_allowed_says_nothing_of_it():
     bench = Bench().until_driving()
     assert told(bench) == []
+
+
+# A slow line
+
+def test_what_stops_something_is_sent_though_very_many_commands_wait_and_waits_once():
+    bench = Bench(rates=(9600,)).until_ready()
+    connected = bench.session.connected
+    halt = encode_command("GRIPPER", 15)
+    with pytest.raises(RefusedError, match="the line is too slow for so many commands"):
+        for _ in range(2 * LONGEST_QUEUE):
+            connected.command(bench.now, say_packet([(0.1, 60)] * 20))
+    waiting = connected.waiting
+    for _ in range(10):
+        connected.command(bench.now, halt, stops=True)
+    assert connected.waiting == waiting + 1
+    bench.run(3.0)
+    assert bench.robot.names().count("GRIPPER") == 1

@@ -6,7 +6,7 @@ from time import monotonic
 
 from pioneer_control.client.events import LinkDown, PacketReceived, Ready
 from pioneer_control.client.line_devices import LineDevices
-from pioneer_control.errors import LinkError
+from pioneer_control.errors import LinkError, RefusedError
 from pioneer_control.p2os import Encoder
 
 LIMIT = 30.0
@@ -16,19 +16,23 @@ class FakeRobot:
     """A robot that keeps what is sent to it. ``linked`` is whether it has a link."""
 
     def __init__(self):
-        self.sent, self.linked, self.tell = [], True, None
+        self.sent, self.linked, self.full, self.tell = [], True, False, None
 
     def listen(self, on_state, on_event):
         self.tell = on_event
 
-    def send(self, *packets):
+    def send(self, *packets, stops=False):
         if not self.linked:
             raise LinkError("there is no link")
+        if self.full and not stops:
+            raise RefusedError("the line is too slow")
         self.sent.extend(packets)
 
 
 class FakeDevice:
     """A device that answers each packet and each tick, and ends ``rests`` ticks after it is told to."""
+
+    stops = (b"stop",)
 
     def __init__(self, rests=0):
         self.calls, self.due, self.ended = [], math.inf, False
@@ -88,6 +92,15 @@ def test_without_a_link_what_a_device_sends_is_lost_and_nothing_is_raised():
     with devices.using():
         device.commands.append(b"two")
     assert robot.sent == [b"two"]
+
+
+def test_on_a_line_that_is_too_slow_for_more_a_stop_is_sent_all_the_same():
+    device = FakeDevice()
+    robot, devices, _ = joined(device)
+    robot.full = True
+    with devices.using():
+        device.commands += [b"go", b"stop"]
+    assert robot.sent == [b"stop"]
 
 
 def test_a_device_is_ticked_when_it_says_so_also_when_that_changes():
