@@ -4,7 +4,7 @@ Threads of rospy call these methods. The tables in `requests` have their topics 
 """
 
 from ..client import Accessories, Robot, SteeredRobot
-from ..errors import PioneerError, UsageError
+from ..errors import NotConfirmedError, PioneerError, RefusedError, UsageError
 from ..msg import Sounds
 from .parameters import BY_HAND
 
@@ -52,11 +52,16 @@ class AccessoryRequests:
     def dock(self) -> str:
         """Take power in the dock, and lock the robot while it does."""
         self._accessories.check_dock()
+        before = self._steered.state().locks
+        for lock in before:
+            if lock != DOCKED:
+                raise RefusedError("dock refused: %s is set" % lock)
         self._steered.lock(DOCKED)
         try:
             self._accessories.dock(POWER_TIMEOUT)
-        except PioneerError:
-            self._steered.unlock(DOCKED)
+        except PioneerError as error:
+            if DOCKED not in before or isinstance(error, NotConfirmedError):    # else it is still in the dock
+                self._steered.unlock(DOCKED)
             raise
         return "the robot takes power, and stands until undock"
 

@@ -373,3 +373,32 @@ def test_a_robot_that_drives_is_not_told_to_dock_and_drives_on(run):
     bottle = run(script, firmware=in_world_with_dock())
     assert not bottle.answer.success and "the robot moves: dock when it stands in the dock" in bottle.answer.message
     assert bottle.drives < -0.1 and bottle.commands("CHARGE") == []
+
+
+def test_a_robot_that_is_locked_moves_no_contact(run):
+    def script(bottle):
+        bottle.send("stop_all", Bool(True))
+        bottle.answer = yield from ask(bottle, "dock")
+        bottle.locks = bottle.node._steered.state().locks
+
+    bottle = run(script, firmware=in_world_with_dock())
+    assert bottle.answer == (False, "dock refused: stop_all is set") and bottle.commands("CHARGE") == []
+    assert bottle.locks == ("stop_all",)
+
+
+def test_a_robot_in_its_dock_that_is_told_to_dock_again_while_its_cable_is_pulled_stays_locked(run):
+    def script(bottle):
+        yield from ask(bottle, "dock")
+        accessories = bottle.node._requests.accessories._accessories
+        dock = accessories.dock
+
+        def without_cable(timeout):
+            bottle.unplug()
+            dock(timeout)
+
+        accessories.dock = without_cable
+        bottle.answer = yield from ask(bottle, "dock")
+        bottle.locks = bottle.node._steered.state().locks
+
+    bottle = run(script, firmware=in_world_with_dock())
+    assert not bottle.answer[0] and "cable" in bottle.answer[1] and bottle.locks == ("dock",)
