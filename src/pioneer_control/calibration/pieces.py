@@ -15,8 +15,9 @@ REST = 5.0
 """A rest is at least so long (s). In the corners of a square, and where somebody let go, the robot stands shorter."""
 STILL, STILL_TURN = 0.0005, 0.0005
 """A robot that stands moves less (m, rad) from pose to pose."""
-LEAST_LINE, MOST_BEND = 1.0, math.radians(40)
-"""A line is at least so long (m) and turns less."""
+LEAST_LINE, MOST_BEND, STRAIGHT = 1.0, math.radians(40), 0.95
+"""A line is at least so long (m), and its heading never differs more from that at its begin (rad),
+and this share of its way is net: it does not go to and fro."""
 LEAST_TURN, MOST_WAY = 0.8 * 2.0 * math.pi, 0.1
 """A turn on the spot is at least so long (rad), and drives less (m) in each turn."""
 LEAST_SQUARE, OFF_SQUARE = 2.0, math.radians(60)
@@ -50,7 +51,8 @@ class RecordedRun(NamedTuple):
 def kind_of_track(track: OdometryTrack) -> Optional[Tuple[RunKind, int]]:
     """Return what a track looks like, and its whole turns; None if it is no run."""
     way, turn, whole = track.way, track.turn, 2.0 * math.pi
-    if way >= LEAST_LINE and float(abs(track.turned).sum()) < MOST_BEND and abs(track.ahead.sum()) > 0.99 * way:
+    bend = float(abs(track.path()[2]).max())
+    if way >= LEAST_LINE and bend < MOST_BEND and abs(track.ahead.sum()) > STRAIGHT * way:
         return RunKind.LINE, 0
     if abs(turn) >= LEAST_TURN and way < MOST_WAY * (1.0 + abs(turn) / whole):
         return RunKind.TURN, int(round(turn / whole)) or int(math.copysign(1, turn))
@@ -62,7 +64,7 @@ def kind_of_track(track: OdometryTrack) -> Optional[Tuple[RunKind, int]]:
 def pieces(recorded: Iterable[PoseOrRate]) -> Iterator[RecordedRun]:
     """Yield the runs in a recording, in their order. What is no run is left out.
 
-    ``recorded``: poses and turn rates of one robot in the order of their stamps.
+    ``recorded``: poses and turn rates of one robot in the order in which they came.
     """
     first: Optional[float] = None
     part: List[PoseOrRate] = []         # since the last rest

@@ -64,6 +64,17 @@ def test_a_robot_that_is_pushed_aside_is_steered_back():
     assert guide.step(Pose(0.3, -0.05, 0.0), 0.3).angular > 0      # it looks along the line, but is beside it
 
 
+def test_a_robot_beside_its_line_that_looks_along_it_is_steered_back():
+    """0.5 m at 0.1 rad to the right, then it turned back: 5 cm to the right of the line."""
+    guide, pose, now = Guide((AheadLeg(5.0),), Factors()), Pose(0, 0, -0.1), 0.0
+    guide.step(Pose(0, 0, 0), now)
+    for velocity in [GuidedVelocity(0.5)] * 10 + [GuidedVelocity(0.0, 1.0)]:
+        guide.step(pose, now)
+        pose, now = moved(pose, velocity), now + PERIOD
+    assert pose == pytest.approx((0.4975, -0.0499, 0.0), abs=1e-3)
+    assert guide.step(pose, now).angular > 0.02
+
+
 def test_it_waits_between_legs_until_the_robot_rests():
     guide = Guide((AheadLeg(0.5), TurnLeg(1.0)), Factors())
     guide.step(Pose(0, 0, 0), 0.0)

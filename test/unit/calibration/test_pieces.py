@@ -70,6 +70,11 @@ def test_a_line_backwards_is_no_line_ahead_but_one_all_the_same():
     assert kind_of_track(track_of((AheadLeg(-3.0),))) == (RunKind.LINE, 0)
 
 
+def test_a_line_that_is_steered_to_and_fro_is_a_line():
+    wiggling = (AheadLeg(0.1), TurnLeg(0.05), AheadLeg(0.1), TurnLeg(-0.05)) * 25
+    assert kind_of_track(track_of(wiggling)) == (RunKind.LINE, 0)
+
+
 def test_a_run_in_which_odometry_jumps_is_left_out():
     samples = recorded(line(5.0).legs, line(3.0).legs)
     jumped = [each._replace(pose=Pose(0.0, 0.0, 0.0)) if number == 120 else each for number, each in enumerate(samples)]
