@@ -37,6 +37,14 @@ class TestSimulator:
         assert [shlex.split(each.launch_prefix)
                 for each in nodes if each.type == "p2os_simulator"] == [["env", "--chdir=" + entered]]
 
+    @pytest.mark.parametrize("ptz_port, number", [
+        ("aux1", 1), ("aux2", 2), ("aux3", 3), ("/dev/ttyS1", 1), ("aux4", 1)])
+    def test_the_camera_is_where_the_driver_looks_for_it(self, ptz_port, number):
+        launch = (str(ROOT / "launch" / "pioneer.launch"), ["sim:=true", "ptz:=vcc4", "ptz_port:=" + ptz_port])
+        params = load_config_default([launch], None, verbose=False).params
+        assert params["/pioneer/simulator/camera_aux"].value == number
+        assert params["/pioneer/p2os/ptz_port"].value == ptz_port
+
 
 class TestReplay:
     def test_it_looks_unless_another_way_is_named(self):
