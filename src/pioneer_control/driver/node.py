@@ -260,10 +260,10 @@ class DriverNode:
         (rospy.logwarn if problem else rospy.loginfo)("the line runs at %d baud%s", event.baud, problem)
 
     def _warn(self, texts: Mapping[str, str]) -> None:
-        """Log warnings, by kind. A kind that was logged a short time ago, and an empty text, are not logged."""
+        """Log warnings, by kind. What was logged a short time ago, and an empty text, are not logged."""
         now = monotonic()
         for kind, text in texts.items():
-            if text and self._throttle.passes(kind, now):
+            if text and self._throttle.passes(kind, now, text):
                 rospy.logwarn("%s", text)
 
 

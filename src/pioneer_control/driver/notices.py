@@ -5,34 +5,37 @@ Warnings are a dictionary from the kind of a warning to its text. An empty text 
 
 import math
 import re
-from typing import Dict, Optional
+from typing import Dict, Optional, Tuple
 
 from ..client import RobotIdentity, RobotState
 from ..client.alarms import (EMPTY_BATTERY_12_V, LOW_BATTERY_12_V, BatteryLevels, battery_levels, low_battery,
                              stalled_wheels, stop_button_pressed)
 
 PERIOD = 10.0
-"""The shortest time (s) between two warnings of the same kind."""
+"""The shortest time (s) between two warnings of the same kind that say the same."""
+NEWS_PERIOD = 2.0
+"""The shortest time (s) between two warnings of the same kind: who mends one mistake and makes another is told of both."""
 SAME_COMMANDER = 5.0
 """Seconds. After a longer pause between two velocities, we assume a new drive, not a publisher that is too slow."""
 NUMBER = re.compile("[0-9]+")
 
 
 class Throttle:
-    """Limits how often warnings of the same kind are given: once in PERIOD seconds."""
+    """Limits how often warnings of the same kind are given: one text once in PERIOD, another once in NEWS_PERIOD (s)."""
 
     def __init__(self) -> None:
-        self._last: Dict[str, float] = {}
+        self._last: Dict[str, Tuple[float, str]] = {}
 
-    def passes(self, kind: str, now: float) -> bool:
+    def passes(self, kind: str, now: float, text: str = "") -> bool:
         """Return whether to give a warning of this kind now (monotonic, s). If true, the warning counts as given.
 
-        Two kinds that differ only in their numbers count as the same kind.
+        Two kinds, or two texts, that differ only in their numbers count as the same.
         """
-        kind = NUMBER.sub("", kind)
-        passes = now - self._last.get(kind, -math.inf) >= PERIOD
+        kind, text = NUMBER.sub("", kind), NUMBER.sub("", text)
+        given_at, given = self._last.get(kind, (-math.inf, ""))
+        passes = now - given_at >= (PERIOD if text == given else NEWS_PERIOD)
         if passes:
-            self._last[kind] = now
+            self._last[kind] = now, text
         return passes
 
 

@@ -7,7 +7,7 @@ from typing import Optional
 import pytest
 
 from pioneer_control.client.alarms import battery_levels
-from pioneer_control.driver.notices import PERIOD, Throttle, Watch
+from pioneer_control.driver.notices import NEWS_PERIOD, PERIOD, Throttle, Watch
 
 
 @dataclass
@@ -117,6 +117,18 @@ def test_the_throttle_lets_each_kind_pass_once_a_period():
     throttle = Throttle()
     assert throttle.passes("a", 0.0) and throttle.passes("b", 0.1)
     assert not throttle.passes("a", PERIOD - 0.1) and throttle.passes("a", PERIOD + 0.1)
+
+
+def test_another_mistake_at_the_same_topic_is_told_soon_and_never_floods_the_log():
+    throttle = Throttle()
+    first, second = "refused: no joint 'pan'", "refused: ptz_pan_joint is nan"
+    assert throttle.passes("ptz_joint_control", 0.0, first)
+    assert not throttle.passes("ptz_joint_control", NEWS_PERIOD - 0.1, second)
+    assert throttle.passes("ptz_joint_control", NEWS_PERIOD + 0.1, second)
+    assert not throttle.passes("ptz_joint_control", PERIOD, second)
+    given = [throttle.passes("ptz_joint_control", 100.0 + 0.01 * step, "refused: joint " + "ab"[step % 2])
+             for step in range(1000)]
+    assert sum(given) <= 10.0 / NEWS_PERIOD
 
 
 def test_the_same_trouble_with_another_number_in_it_is_no_news():
