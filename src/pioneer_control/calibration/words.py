@@ -19,7 +19,7 @@ and %d minutes, about %d of them driving.
 The robot drives only while you hold the key w (or the arrow up). Let go, and it stands. It stands too when its sonar
 sees something in the way. Any other key lets go as well; Ctrl-C ends."""
 
-PUT_ON_LINE = ("Put the robot at the begin of the line: both marks over the line, the nose along it. Mark on the\n"
+PUT_ON_LINE = ("Put the robot at the beginning of the line: both marks over the line, the nose along it. Mark on the\n"
                "floor where its front mark is: that is 0. ")
 PUT = {
     RunKind.LINE: PUT_ON_LINE + "It drives %s.",
