@@ -83,7 +83,7 @@ class Conversation:
             counts: how much way and turn the robot would have counted before it was told its own numbers, for each that
                 it counts now. 1 and 1 if it was told nothing.
         """
-        self._person.say("\nNow the same again, to see what became better: %d runs." % len(self._plan.proof))
+        self._person.say("\nNow the same again, to see what became better.")
         runs = [self._run(planned, factors, marks, None) for planned in self._plan.proof]
         before = [run._replace(track=run.track.scaled(counts.distance, counts.turn)) for run in runs]
         return words.became_better(runs, before, factors)

@@ -76,15 +76,17 @@ def result(found: Estimate, rad_per_metre: float) -> str:
     """Return what was found, with the standard deviation of each."""
     factors, off = found.factors, found.deviations
     rad = rad_per_metre * factors.turn / factors.distance
+    right_larger = found.right_larger(rad_per_metre)
     lines = [
         "The robot, for what its odometry says (+- is one standard deviation):",
-        "  drives     %+6.2f %% +- %.2f   wheels larger than assumed" % (
-            100 * (factors.distance - 1), 100 * off.distance),
-        "  turns      %+6.2f %% +- %.2f   so its wheels are %+.2f %% farther apart than assumed" % (
-            100 * (factors.turn - 1), 100 * off.turn, 100 * found.wider_apart),
-        "  bends      %+6.2f +- %.2f degrees left in each metre: its right wheel is %+.2f %% +- %.2f larger" % (
-            math.degrees(factors.curve), math.degrees(off.curve), 100 * found.right_larger(rad_per_metre),
-            200 * off.curve / rad),
+        "  drives     %+6.2f %% +- %.2f   its wheels are %s than assumed" % (
+            100 * (factors.distance - 1), 100 * off.distance, "larger" if factors.distance >= 1 else "smaller"),
+        "  turns      %+6.2f %% +- %.2f   so its wheels are %.2f %% %s than assumed" % (
+            100 * (factors.turn - 1), 100 * off.turn, 100 * abs(found.wider_apart),
+            "farther apart" if found.wider_apart >= 0 else "closer together"),
+        "  bends      %+6.2f +- %.2f degrees left in each metre: its right wheel is %.2f %% +- %.2f %s" % (
+            math.degrees(factors.curve), math.degrees(off.curve), 100 * abs(right_larger), 200 * off.curve / rad,
+            "larger" if right_larger >= 0 else "smaller"),
     ]
     if found.gyro is not None:
         lines.append("  gyro       %+6.2f %% +- %.2f   turns farther than its gyro measures" % (

@@ -10,6 +10,7 @@ from made_runs import MARKS, RAD_PER_METRE, WRONG, run_of, track_of
 from pioneer_control.calibration import terminal as terminal_file
 from pioneer_control.calibration import words
 from pioneer_control.calibration.conversation import Conversation, ask_marks
+from pioneer_control.calibration.estimate import Estimate
 from pioneer_control.calibration.plan import PlannedRun, RunPlan, line, plan_of, square, turns
 from pioneer_control.calibration.runs import RobotMarks, RunKind
 from pioneer_control.calibration.terminal import HeldKey, Terminal, TerminalClosed
@@ -263,3 +264,12 @@ def test_a_key_that_is_still_held_at_the_end_is_no_answer(piped):
     finger.join()
     os.write(typed, b"1.2 3\n")
     assert terminal.ask("? ") == "1.2 3"
+
+
+@pytest.mark.parametrize("distance, turn, curve, wheels, apart, right", [
+    (1.01, 1.05, 0.01, "its wheels are larger", "3.81 % closer together", "its right wheel is 0.36 % +- 0.04 larger"),
+    (0.99, 0.95, -0.01, "its wheels are smaller", "4.21 % farther apart", "its right wheel is 0.39 % +- 0.04 smaller"),
+])
+def test_a_result_says_in_words_which_way_it_is_off(distance, turn, curve, wheels, apart, right):
+    said = words.result(Estimate(Factors(distance, turn, curve), Factors(0.001, 0.001, 0.001), 1.0, None, 0.0), 5.3)
+    assert wheels in said and apart in said and right in said
