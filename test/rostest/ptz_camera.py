@@ -96,7 +96,7 @@ class PtzCamera(unittest.TestCase):
 
         driver = self.driver(server.url, ptz="vcc4", ptz_power_off_at_end=True, ptz_place="[0.1,0,0.3]")
         driver.says("camera: ready")
-        values = self.wait_for_health(seen, Level.OK, "ready, looks as it says")
+        values = self.wait_for_health(seen, Level.OK, "ready, says where it looks")
         self.assertEqual((values["Cabling"], values["Power"]), ("two-way: it answers", "on"))
         self.wait_for_state(seen, 0, 0, 0)
         control = self.publisher("ptz_control", PTZState)

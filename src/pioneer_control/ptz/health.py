@@ -42,7 +42,7 @@ def find_camera(report: CameraReport, port: str, now: float) -> Finding:
     elif report.phase is CameraPhase.READY and age is not None and age > OLD_ANSWER:
         level, text = Level.WARN, "it has not answered for %.0f s" % age
     elif report.phase is CameraPhase.READY:
-        text = "ready, looks %s" % ("as it says" if report.is_measured else "as it was told")
+        text = "ready, says where it looks" if report.is_measured else "ready, has not said yet where it looks"
     values: List[Tuple[str, str]] = [
         ("Port", port),
         ("Cabling", CABLINGS[report.cabling]),

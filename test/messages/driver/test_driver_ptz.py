@@ -271,7 +271,7 @@ def test_how_it_is_is_a_task_of_the_diagnostics(run):
         bottle.gone = bottle.node._camera.finding()
 
     bottle = run(script)
-    assert bottle.well.message == "ready, looks as it says" and bottle.well.values["Power"] == "on"
+    assert bottle.well.message == "ready, says where it looks" and bottle.well.values["Power"] == "on"
     assert "no link to the robot" in bottle.gone.message
 
 

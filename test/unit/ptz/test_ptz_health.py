@@ -12,7 +12,7 @@ WELL = CameraReport(CameraPhase.READY, Cabling.TWO_WAY, -400, 178, 1000, 100.0, 
 
 def test_all_is_well():
     found = find_camera(WELL, "aux1", 101.5)
-    assert (found.level, found.message) == (Level.OK, "ready, looks as it says")
+    assert (found.level, found.message) == (Level.OK, "ready, says where it looks")
     assert found.values == {
         "Port": "aux1", "Cabling": "two-way: it answers", "Power": "on", "Pan (deg, to the right)": "-45.0",
         "Tilt (deg, upwards)": "20.0", "Zoom (0 to 1960)": "1000", "Age of the last answer (s)": "1.5", "Answers": "7",
