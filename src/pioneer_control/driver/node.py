@@ -42,8 +42,9 @@ ENDING = "ending"
 """The lock that is set while devices on the robot come to rest at the end."""
 WHEELS_STAND = 1.0
 """The longest time (s) that the wheels have to come to rest before these devices, and the motors to go off."""
-DEVICES_REST = 10.0
-"""The longest time (s) that these devices have: an arm parks. roslaunch kills a node 15 s after SIGINT."""
+DEVICES_REST = 9.0
+"""The longest time (s) that these devices have: an arm parks. With all else at the end it is less than 15 s, after
+which roslaunch kills a node."""
 
 
 class DriverNode:
