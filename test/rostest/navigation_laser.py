@@ -11,9 +11,10 @@ import actionlib
 import rospy
 import rostest
 from actionlib_msgs.msg import GoalStatus
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from move_base_msgs.msg import MoveBaseAction
 from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import LaserScan
 from std_srvs.srv import SetBool
 
@@ -24,7 +25,7 @@ from pioneer_control.msg import Navigation
 from witness import PATIENCE, Witness, wait_until
 
 TOPICS = {"pioneer/navigation": Navigation, "pioneer/ground_truth": Odometry, "pioneer/scan": LaserScan,
-          "/diagnostics": DiagnosticArray}
+          "/diagnostics": DiagnosticArray, "/rosout": Log}
 
 
 class NavigationWithLaser(unittest.TestCase):
@@ -41,9 +42,9 @@ class NavigationWithLaser(unittest.TestCase):
         cls.home = start.x, start.y
 
     def says_of_the_laser(self, words):
-        """Wait until the diagnostics say this of the laser. Return their text."""
+        """Wait until the diagnostics say this of the laser. Return their level."""
         def told():
-            return [(status.message, {each.key: each.value for each in status.values}["laser"])
+            return [(status.level, {each.key: each.value for each in status.values}["laser"])
                     for message in self.witness.seen["/diagnostics"][-20:] for status in message.status
                     if status.name == "pioneer/navigation: Navigation"]
 
@@ -74,7 +75,10 @@ class NavigationWithLaser(unittest.TestCase):
     def test_02_when_the_laser_dies_it_says_so_and_drives_on_by_sonar(self):
         x, y = self.home
         os.kill(process_of("/pioneer/laser"), signal.SIGKILL)
-        self.assertIn("sonar alone", self.says_of_the_laser("no scan for"))
+        self.assertGreaterEqual(self.says_of_the_laser("no scan for"), DiagnosticStatus.WARN)
+        self.witness.wait("it says so", lambda: any(
+            message.name == "/pioneer/navigation" and "it goes on by sonar alone" in message.msg
+            for message in self.witness.seen["/rosout"]))
         self.reaches(x, y)
 
 
