@@ -259,7 +259,8 @@ class AuxPort:
             ParameterError: there is a device already.
         """
         if self.joined is not None:
-            raise ParameterError("AUX%d has %s already: %s needs another auxiliary port (camera_aux; arm.aux in robot.yaml)"
+            raise ParameterError("AUX%d has %s already: %s needs another auxiliary port"
+                                 " (camera_aux; arm.aux in robot.yaml)"
                                  % (number, self.joined.device_name, device.device_name))
         self.joined = device
 
