@@ -22,7 +22,7 @@ def parse_hex(text: str) -> bytes:
     for word in re.sub(r"0[xX]|\\x|[\s,;:]", " ", text).split():
         if not re.fullmatch(r"[0-9A-Fa-f]|([0-9A-Fa-f]{2})+", word):
             why = "has an odd number of digits" if re.fullmatch(r"[0-9A-Fa-f]+", word) else "is not hexadecimal"
-            raise UsageError("%r %s; bytes are given like this: FA FB 03 1D 00 1D" % (word, why))
+            raise UsageError("%r %s; bytes are given in two hexadecimal digits each, like this: 02 1D FA" % (word, why))
         data += bytes.fromhex(word.rjust(2, "0"))
     return bytes(data)
 
