@@ -14,14 +14,14 @@ from ..client.alarms import (EMPTY_BATTERY_12_V, LOW_BATTERY_12_V, BatteryLevels
 PERIOD = 10.0
 """The shortest time (s) between two warnings of the same kind that say the same."""
 NEWS_PERIOD = 2.0
-"""The shortest time (s) between two warnings of the same kind: who mends one mistake and makes another is told of both."""
+"""The shortest time (s) between two warnings of the same kind: who makes one mistake after another is told of each."""
 SAME_COMMANDER = 5.0
 """Seconds. After a longer pause between two velocities, we assume a new drive, not a publisher that is too slow."""
 NUMBER = re.compile("[0-9]+")
 
 
 class Throttle:
-    """Limits how often warnings of the same kind are given: one text once in PERIOD, another once in NEWS_PERIOD (s)."""
+    """Limits how often warnings of the same kind are given: one text once in PERIOD, another in NEWS_PERIOD (s)."""
 
     def __init__(self) -> None:
         self._last: Dict[str, Tuple[float, str]] = {}
