@@ -5,6 +5,7 @@ A scan is seen from above and goes counter-clockwise, as ROS wants it: the first
 
 import math
 import struct
+from functools import lru_cache
 from typing import Any, Dict, NamedTuple, Optional, Tuple
 
 import numpy as np
@@ -96,12 +97,17 @@ def ranges_m(scan: RawScan, mode: MeasuringMode) -> Array:
     """Return the distances (m) of a scan as float32: infinite where no echo came back or from too far away, NaN where
     the laser could not measure (REP 117).
     """
-    steps = np.array(scan.values, dtype=np.int32) & (1 << mode.distance_bits) - 1
-    ranges = (steps * METRES[scan.unit]).astype(np.float32)
-    if mode.distance_bits < 16:         # else all its bits are the distance: it has no codes
-        lowest = (1 << mode.distance_bits) + _LOWEST_CODE
-        is_code = steps >= lowest
-        ranges[is_code] = _CODE_RANGES[steps[is_code] - lowest]
+    return _range_table(mode.distance_bits, scan.unit)[np.array(scan.values, dtype=np.intp)]
+
+
+@lru_cache(maxsize=None)
+def _range_table(distance_bits: int, unit: int) -> Array:
+    """Return the distance (m) for each number that a ray can have, as float32."""
+    steps = np.arange(1 << 16) & (1 << distance_bits) - 1
+    ranges = (steps * METRES[unit]).astype(np.float32)
+    if distance_bits < 16:      # else all its bits are the distance: it has no codes
+        is_code = steps >= (1 << distance_bits) + _LOWEST_CODE
+        ranges[is_code] = _CODE_RANGES[steps[is_code] - (1 << distance_bits)]
     return ranges
 
 

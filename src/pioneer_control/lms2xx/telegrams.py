@@ -115,17 +115,18 @@ def _shifted(register: Array) -> Array:
 
 
 def _shares() -> Array:
-    """A row for each place in a telegram, from the first to the last of the longest one: what each value of a byte adds
-    to the CRC there.
+    """What each bit of the longest telegram adds to the CRC: eight numbers for each place of a byte, from the first
+    place to the last one, and from the highest bit to the lowest one.
     """
-    rows = [np.arange(256)]                             # at the end: the byte itself
-    rows.append(_shifted(rows[0]) ^ rows[0] << 8)       # one before it: also as the previous byte of the last one
+    bits = 1 << np.arange(7, -1, -1)
+    rows = [bits]                               # at the end: the byte itself
+    rows.append(_shifted(bits) ^ bits << 8)     # one before it: also as the previous byte of the last one
     while len(rows) < LONGEST:
         rows.append(_shifted(rows[-1]))
-    return np.array(rows[::-1], dtype=np.uint16)
+    return np.array(rows[::-1], dtype=np.uint16).ravel()
 
 
-_SHARES, _PLACES = _shares(), np.arange(LONGEST)
+_SHARES = _shares()
 
 
 def crc(data: bytes) -> int:
@@ -133,10 +134,11 @@ def crc(data: bytes) -> int:
 
     A register is 0 at first. Each byte shifts it by one bit: it is none of the usual CRCs of 16 bits, which shift by
     eight. 8005 (hex) is added when a 1 leaves the register. Then the previous byte and this one are added, as a high
-    and a low byte. To add is to XOR, so the CRC is the XOR of what each byte adds for itself, which is in a table: a
-    tenth of the time, and without it the CRC were most of what a scan costs.
+    and a low byte. To add is to XOR, so the CRC is the XOR of what each bit adds for itself, which is in a table.
+    Without it the CRC were most of what a scan costs.
     """
-    return int(np.bitwise_xor.reduce(_SHARES[_PLACES[LONGEST - len(data):], np.frombuffer(data, np.uint8)]))
+    bits = np.unpackbits(np.frombuffer(data, np.uint8))
+    return int(np.bitwise_xor.reduce(_SHARES[len(_SHARES) - len(bits):] * bits))
 
 
 def encode_telegram(telegram: Telegram) -> bytes:
