@@ -148,6 +148,13 @@ class Accessories:
                     "told to let go of the dock")
 
     @property
+    def may_be_docked(self) -> bool:
+        """Whether a robot with a charger for docks has power now: it is in a dock, or somebody has plugged a charger
+        in."""
+        config, state = self._identity.config, self._robot.state
+        return config is not None and bool(config.charger) and state is not None and has_power(state)
+
+    @property
     def _identity(self) -> RobotIdentity:
         with self._robot._link as connected:    # raises when there is no link
             return connected.identity

@@ -9,6 +9,7 @@
 ``wire_topic.py``          publishes every byte on the line to the robot
 ``requests.py``            the tables of all subscribers and services, and the methods that obey them
 ``accessory_requests.py``  obeys requests for sounds, outputs, a joystick at the robot's own port, docks
+``device_topics.py``       which devices on the robot have topics, and what the driver needs of each
 ``ptz_topics.py``          the topics and services of a camera that turns
 ``arm_topics.py``          the topics and services of a Pioneer Arm
 ``helm_topic.py``          publishes who may command

@@ -3,6 +3,8 @@
 Threads of rospy call these methods. The tables in `requests` have their topics and services.
 """
 
+import rospy
+
 from ..client import Accessories, Robot, SteeredRobot
 from ..errors import NotConfirmedError, PioneerError, RefusedError, UsageError
 from ..msg import Sounds
@@ -64,6 +66,13 @@ class AccessoryRequests:
                 self._steered.unlock(DOCKED)
             raise
         return "the robot takes power, and stands until undock"
+
+    def warning_at_start(self) -> str:
+        """Return a warning if the robot is perhaps in a dock, as an earlier driver left it; else an empty text."""
+        if DOCKED in self._steered.state().locks or not self._accessories.may_be_docked:
+            return ""
+        return ("the robot has power from a charger: if it stands in a dock, let it go before it drives: rosservice"
+                " call %s" % rospy.resolve_name("undock"))
 
     def undock(self) -> str:
         """Let go of the dock, and unlock the robot when it has let go."""

@@ -22,7 +22,7 @@ from ..arm.phases import ArmSettings, Fitted
 from ..arm.session import ArmSession
 from ..client import RobotState
 from ..client.health import Finding
-from ..client.line_devices import LineDevices
+from ..client.line_devices import LineDevice, LineDevices
 from ..errors import NotConfirmedError, PioneerError, RefusedError, UsageError
 from ..msg import Arm
 from .publications import QUEUE, stamped
@@ -54,13 +54,13 @@ class ArmTopics:
         self._joint_states = rospy.Publisher("joint_states", JointState, queue_size=QUEUE)
         self._state = rospy.Publisher("arm/state", Arm, latch=True, queue_size=QUEUE)
 
-    def offer(self, devices: LineDevices, requests: Requests) -> None:
-        """Offer the topics and services.
+    @property
+    def line_devices(self) -> List[LineDevice]:
+        """The arm: a device on the robot's line."""
+        return [self.session]
 
-        Args:
-            devices: the devices on the robot's line, of which the arm is one.
-            requests: it gets the topics and services.
-        """
+    def start(self, devices: LineDevices, requests: Requests) -> None:
+        """Begin: see `DeviceTopics.start`."""
         self._devices = devices
         requests.offer(self, ARM_TOPICS, ARM_SERVICES, self._halt)
 
@@ -73,6 +73,9 @@ class ArmTopics:
     def finding(self) -> Finding:
         """Return the finding of the arm for the diagnostics."""
         return finding(self.session, monotonic())
+
+    def end(self, timeout: float) -> None:
+        """Do nothing: the arm has no line of its own."""
 
     # What is known.
 

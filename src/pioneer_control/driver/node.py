@@ -29,6 +29,7 @@ from ..prompt_connection import send_promptly
 from ..ros_node import START_GRACE, init_node, run_device
 from .accelerations import BorrowedAccelerations
 from .accessory_requests import DOCKED
+from .device_topics import device_topics
 from .diagnostics import Diagnostics
 from .helm_topic import HelmPublisher
 from .notices import Throttle, Watch
@@ -64,20 +65,10 @@ class DriverNode:
             BY_HAND: "a person has the helm (%s); programs may command again after: rosservice call %s"
                      % (BY_HAND, rospy.resolve_name("teleop/release")),
         }
-        self._camera: Any = None        # a PtzTopics, if there is a camera
-        if parameters.camera is not None:
-            from .ptz_topics import PtzTopics   # only now: to load what it needs takes a fifth of a start
-
-            self._camera = PtzTopics(parameters, parameters.camera, self._locks_of_devices)
-        self._arm: Any = None           # an ArmTopics, if there is an arm
-        if parameters.arm is not None:
-            from .arm_topics import ArmTopics       # only now, for the same reason
-
-            self._arm = ArmTopics(parameters.arm, self._locks_of_devices)
+        self._device_topics = device_topics(parameters, self._locks_of_devices)
         self._diagnostics = Diagnostics(without_key(parameters.port), parameters.baud, how_to_enable, obstacles,
                                         lambda: self._robot.link, lambda: self._steered.state(),
-                                        {name: topics.finding for name, topics in (
-                                            ("Camera", self._camera), ("Arm", self._arm)) if topics is not None})
+                                        {name: topics.finding for name, topics in self._device_topics.items()})
         self._asked_to_end = False
         self._started = monotonic()
         self._publications = Publications(parameters, lambda kind, on: self._robot.request_data(kind, on))
@@ -107,14 +98,11 @@ class DriverNode:
         self._borrowed = BorrowedAccelerations(parameters.tuning, self._robot.tune)
         self._robot.listen(lambda state: self._put_back_accelerations())
         self._requests = Requests(parameters, self._robot, self._steered, self._watch, self._borrowed, self._warn)
-        self._devices = LineDevices(self._robot, [
-            *([] if self._camera is None else self._camera.aux), *([] if self._arm is None else [self._arm.session])],
+        self._devices = LineDevices(
+            self._robot, [device for topics in self._device_topics.values() for device in topics.line_devices],
             self._devices_changed)
-        if self._camera is not None:
-            self._robot.listen(self._camera.state)
-        if self._arm is not None:
-            self._arm.offer(self._devices, self._requests)
-            self._robot.listen(self._arm.state)
+        for topics in self._device_topics.values():
+            self._robot.listen(topics.state)
         # For each type of event of the link: the method that informs the user.
         self._reactions: Dict[type, Callable[[Any], None]] = {
             Ready: self._welcome,
@@ -145,12 +133,12 @@ class DriverNode:
             self._end()
         rospy.loginfo("looking for a robot on %s", self._robot.url)
         try:
+            for topics in self._device_topics.values():
+                topics.start(self._devices, self._requests)
             self._robot.start()
             self._diagnostics.start()
             self._helm.start(self._steered)
             self._devices.start()
-            if self._camera is not None:
-                self._camera.start(self._devices.using, self._requests)
             Reconfiguration(self._parameters, self._reconfigure)
             self._robot.wait_until_ended()
         finally:
@@ -182,7 +170,7 @@ class DriverNode:
 
         Without a device that acts at the end, this does nothing and takes no time.
         """
-        if not any(topics is not None and topics.acts_at_end for topics in (self._camera, self._arm)):
+        if not any(topics.acts_at_end for topics in self._device_topics.values()):
             return
         self._steered.lock(ENDING)
         with contextlib.suppress(PioneerError):     # no link: nothing moves by us
@@ -192,8 +180,8 @@ class DriverNode:
             self._steered.request_motors(False, WHEELS_STAND)()
         until = monotonic() + DEVICES_REST
         self._devices.end(DEVICES_REST)
-        if self._camera is not None:
-            self._camera.end(max(0.0, until - monotonic()))
+        for topics in self._device_topics.values():
+            topics.end(max(0.0, until - monotonic()))
         self._devices.close()
 
     def _locks_of_devices(self) -> Tuple[str, ...]:
@@ -201,9 +189,8 @@ class DriverNode:
         return tuple(lock for lock in self._steered.state().locks if lock != DOCKED)
 
     def _devices_changed(self) -> None:
-        for topics in (self._camera, self._arm):
-            if topics is not None:
-                topics.changed()
+        for topics in self._device_topics.values():
+            topics.changed()
 
     def _reconfigure(self, parameters: DriverParameters) -> None:
         """Put new values into effect for the parameters that may change while the driver runs."""

@@ -20,7 +20,7 @@ from visualization_msgs.msg import Marker
 
 from ..client import RobotState
 from ..client.health import Finding
-from ..client.line_devices import LineDevice
+from ..client.line_devices import LineDevice, LineDevices
 from ..errors import RefusedError, UsageError
 from ..msg import PTZState
 from ..ptz import AuxCamera, CameraLine, CameraPhase, CameraReport, CameraSession, CameraSettings, aux_port_of
@@ -47,7 +47,7 @@ class PtzTopics:
         locks: function that returns the names of the locks that are set. Then nothing turns.
 
     Attributes:
-        aux: the camera as a device on the robot's line, if it is there.
+        line_devices: the camera as a device on the robot's line, if it is there.
         line: the camera on a line of its own. None if it is a device on the robot's line.
     """
 
@@ -56,7 +56,7 @@ class PtzTopics:
         self._parameters, self._locks = parameters, locks
         self._session = CameraSession(settings)
         port = aux_port_of(parameters.ptz_port)
-        self.aux: List[LineDevice] = [] if port is None else [AuxCamera(self._session, port)]
+        self.line_devices: List[LineDevice] = [] if port is None else [AuxCamera(self._session, port)]
         self.line = CameraLine(parameters.ptz_port, self._session, self.changed) if port is None else None
         self._using: Any = None if self.line is None else self.line.using
         self._report = CameraReport()
@@ -69,15 +69,10 @@ class PtzTopics:
         self._view = rospy.Publisher("ptz_view", Marker, queue_size=QUEUE)
         self._tf = None if parameters.ptz_place is None else rospy.Publisher("/tf", TFMessage, queue_size=QUEUE)
 
-    def start(self, using: Callable[[], Any], requests: Requests) -> None:
-        """Begin.
-
-        Args:
-            using: the method `LineDevices.using` of the robot's line.
-            requests: it gets the topics and services.
-        """
+    def start(self, devices: LineDevices, requests: Requests) -> None:
+        """Begin: see `DeviceTopics.start`."""
         if self.line is None:
-            self._using = using
+            self._using = devices.using
         else:
             self.line.start()
         requests.offer(self, PTZ_TOPICS, PTZ_SERVICES, self._halt)
@@ -102,6 +97,8 @@ class PtzTopics:
     def changed(self) -> None:
         """Take note that the session may have changed, and tell people what happened. It must return soon."""
         report = self._report = self._session.report
+        if self.line is None and report.phase is CameraPhase.NO_LINE:
+            return      # the driver tells of the robot's own line
         told = report.problem or "ready"
         if told != self._told:
             self._told = told

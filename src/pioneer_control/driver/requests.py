@@ -98,6 +98,7 @@ class Requests:
 
         On the first connection the motors are switched on, if the parameter enable_motors_on_start is true.
         """
+        self._warn({"dock": self.accessories.warning_at_start()})
         switch_on, self._switch_on = self._switch_on, False
         if switch_on and self._robot.link.reconnects:     # this is told late: listeners were held up
             rospy.logwarn("enable_motors_on_start counts no more: the robot has been connected again meanwhile")

@@ -344,6 +344,18 @@ def test_a_robot_that_still_shows_power_stays_locked(run):
     assert bottle.locks == ("dock",)
 
 
+@pytest.mark.parametrize("asks, pose, warns", [(True, DOCKED, True), (False, DOCKED, False), (True, BESIDE, False)])
+def test_a_driver_that_finds_its_robot_with_power_of_a_dock_says_what_to_do(run, asks, pose, warns):
+    firmware = in_world_with_dock(pose=pose)
+    firmware.hardware.charger.asks_dock = asks      # an earlier driver has asked for it
+
+    def script(bottle):
+        yield 0.5
+
+    bottle = run(script, firmware=firmware)
+    assert bottle.warned.count("if it stands in a dock, let it go before it drives: rosservice call /undock") == warns
+
+
 @pytest.mark.parametrize("service", ["dock", "undock"])
 @pytest.mark.parametrize("subtype, says", [
     ("p3dx-sh", "the robot reports no charger for docks (CONFIGpac)"),

@@ -49,7 +49,7 @@ class ArmBottle(Bottle):
 
     @property
     def session(self):
-        return self.node._arm.session
+        return self.node._device_topics["Arm"].session
 
     @property
     def ticks(self):
@@ -260,7 +260,7 @@ REFUSED = [
 def test_what_makes_no_sense_is_refused_with_the_reason(run):
     def script(bottle):
         yield from bottle.power()
-        topics = bottle.node._arm
+        topics = bottle.node._device_topics["Arm"]
         bottle.reasons = []
         for message, _ in REFUSED:
             with pytest.raises(UsageError) as caught:
@@ -347,7 +347,8 @@ def test_a_lock_that_is_set_meanwhile_is_never_missed(run):
     def script(bottle):
         yield from bottle.power()
         bottle.looked = []
-        bottle.node._arm._locks = lambda: bottle.looked.append(bottle.node._devices._due._is_owned()) or ()
+        topics = bottle.node._device_topics["Arm"]
+        topics._locks = lambda: bottle.looked.append(bottle.node._devices._due._is_owned()) or ()
         bottle.move(base=0.1)
         bottle.send("arm_gripper/command", Float64(0.01))
         yield from bottle.asked("arm/park")
@@ -383,7 +384,7 @@ def test_an_arm_that_falls_silent_is_told_and_shown_no_more(run):
         bottle.deaf_to = {"ARM_STATUS"}
         yield from bottle.wait(2.0)
         bottle.silent = bottle.state.condition
-        bottle.finding = bottle.node._arm.finding()
+        bottle.finding = bottle.node._device_topics["Arm"].finding()
         bottle.answer = yield from bottle.asked("arm/home")
         bottle.shown = len([message for message in bottle.messages("joint_states") if BASE in message.name])
         yield from bottle.wait(1.0)
@@ -416,10 +417,10 @@ def test_a_cut_cable_forgets_the_arm_and_the_next_link_finds_it_without_moving_i
 def test_how_it_is_is_a_task_of_the_diagnostics(run):
     def script(bottle):
         yield from bottle.power()
-        bottle.well = bottle.node._arm.finding()
+        bottle.well = bottle.node._device_topics["Arm"].finding()
         bottle.arm.switch(False)
         yield from bottle.wait(0.5)
-        bottle.off = bottle.node._arm.finding()
+        bottle.off = bottle.node._device_topics["Arm"].finding()
 
     bottle = run(script)
     assert (bottle.well.level, bottle.well.message) == (0, "servo power is on")

@@ -32,12 +32,12 @@ class PtzBottle(Bottle):
 
     @property
     def session(self):
-        return self.node._camera._session
+        return self.node._device_topics["Camera"]._session
 
     def wait(self, seconds):
         for _ in range(round(seconds / 0.02)):
             with self.node._devices.using() as now:
-                if self.node._camera is not None:
+                if "Camera" in self.node._device_topics:
                     self.session.tick(now)
             yield 0.02
 
@@ -265,10 +265,10 @@ def test_without_a_place_there_is_no_tf_of_it(run):
 def test_how_it_is_is_a_task_of_the_diagnostics(run):
     def script(bottle):
         yield from bottle.ready()
-        bottle.well = bottle.node._camera.finding()
+        bottle.well = bottle.node._device_topics["Camera"].finding()
         bottle.unplug()
         yield 0.5
-        bottle.gone = bottle.node._camera.finding()
+        bottle.gone = bottle.node._device_topics["Camera"].finding()
 
     bottle = run(script)
     assert bottle.well.message == "ready, says where it looks" and bottle.well.values["Power"] == "on"
@@ -290,13 +290,14 @@ def test_a_link_that_breaks_starts_it_anew_where_it_looks(run):
 
     bottle = run(script)
     assert bottle.anew[0] in (400, 0) and bottle.place == (0, 0, 0)
+    assert bottle.says("camera: ready") and not bottle.says("camera: there is no link")     # the driver tells of it
 
 
 def everything(bottle):
     """Turn and zoom it, then end."""
     bottle.node._rest_devices = lambda: None        # it waits for other threads; the end is told below
     yield from bottle.ready()
-    if bottle.node._camera is not None:
+    if "Camera" in bottle.node._device_topics:
         bottle.send("ptz_control", PTZState(45, 0, 1960, False))
         yield from bottle.wait(3.0)
         bottle.turned, bottle.speeds = bottle.place[0], (bottle.camera.pan.speed, bottle.camera.tilt.speed)
@@ -352,14 +353,14 @@ def test_every_topic_and_service_is_tried_above():
 def test_a_lock_that_is_set_just_before_the_camera_is_told_to_turn_keeps_it_still(run):
     def script(bottle):
         yield from bottle.ready()
-        using = bottle.node._camera._using
+        using = bottle.node._device_topics["Camera"]._using
 
         def locked_first():
-            bottle.node._camera._using = using
+            bottle.node._device_topics["Camera"]._using = using
             bottle.send("stop_all", Bool(True))
             return using()
 
-        bottle.node._camera._using = locked_first
+        bottle.node._device_topics["Camera"]._using = locked_first
         bottle.send("ptz_control", PTZState(45, 20, 0, False))
         yield from bottle.wait(2.0)
 
