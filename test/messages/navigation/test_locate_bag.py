@@ -1,15 +1,19 @@
 """Where a robot was, from a bag of p2os types: a simulated drive is written as an old bag, and located."""
 
+import dataclasses
 import math
 import os
+import re
 import sys
 
 import pytest
 import rosbag
 from genpy import Time
-from geometry_msgs.msg import PolygonStamped, PoseStamped, PoseWithCovarianceStamped, Transform, TransformStamped
+from geometry_msgs.msg import (PolygonStamped, PoseStamped, PoseWithCovarianceStamped, Quaternion, Transform,
+                               TransformStamped)
 from move_base_msgs.msg import MoveBaseActionGoal
 from nav_msgs.msg import Path
+from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
@@ -19,16 +23,21 @@ import bag_factory as make
 
 from pioneer_control import p2os
 from pioneer_control.client.odometry import Odometry
-from pioneer_control.floor_poses import compose
+from pioneer_control.floor_poses import Pose, compose
+from pioneer_control.lms2xx import Variant
 from pioneer_control.msg import Places
 from pioneer_control.navigation.node import locate_bag
 from pioneer_control.navigation.node.map_files import load_floor_map
 from pioneer_control.navigation.node.messages import pose_of, pose_of_transform
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.firmware import Firmware
+from pioneer_control.simulator.lms200 import TYPICAL, Optics
+from pioneer_control.simulator.lms200.ray_plans import complete_scan
 from pioneer_control.simulator.world import load_world
 
 MODEL = find_model("p3dx-sh")
+LASER = Pose(0.02, 0.0, 0.0)
+"""Where the laser sits (m, rad; base_link)."""
 ROUND = [(0.25, 0.0)] * 60 + [(0.0, 30.0)] * 30 + [(0.25, 5.0)] * 60       # m/s and deg/s, 0.1 s each
 
 
@@ -42,7 +51,7 @@ def old_bag(tmp_path_factory):
         firmware.receive(p2os.encode_frame(step))
     for command in (("OPEN",), ("ENABLE", 1), ("SONAR", 1)):
         firmware.receive(p2os.encode_command(*command))
-    ranges, told = [0.0] * 16, []
+    ranges, told, scan = [0.0] * 16, [], scanner(world)
     for linear, angular in ROUND:
         firmware.receive(p2os.encode_command("VEL", round(linear * 1000)))
         firmware.receive(p2os.encode_command("RVEL", round(angular)))
@@ -57,17 +66,41 @@ def old_bag(tmp_path_factory):
                                    ("/old/sonar", make.sonar(ranges, "p2os_msgs"))):
                 message.header.stamp = Time.from_sec(1000.0 + firmware.time)
                 told.append((topic, message, 1000.0 + firmware.time))
+            told.append(("/old/scan", scan(Pose(*firmware.true_pose), 1000.0 + firmware.time), 1000.0 + firmware.time))
     path = make.write_bag(tmp_path_factory.mktemp("old") / "old.bag", told)
     return path, firmware.true_pose
 
 
-def run(*words):
-    return locate_bag.main([str(word) for word in words])
-
-
 def transform(parent, child):
     """Return a transform of then: it has no stamp, as those that are made have."""
-    return TransformStamped(Header(frame_id=parent), child, Transform())
+    return TransformStamped(Header(frame_id=parent), child, Transform(rotation=Quaternion(0.0, 0.0, 0.0, 1.0)))
+
+
+def scanner(world):
+    """Return a function that returns the scan of a laser from a pose of the robot, at a time (s)."""
+    optics, plan = Optics(world, dataclasses.replace(TYPICAL, bias=0.0), 1), complete_scan(Variant(180, 100))
+
+    def scan(pose, time):
+        mount = compose(pose, LASER)
+        ranges = optics.measure(plan, time, lambda at: mount).distances
+        return LaserScan(Header(stamp=Time.from_sec(time - 0.01), frame_id="laser"), plan.angles[0], plan.angles[-1],
+                         math.radians(1.0), 0.0, 0.013, 0.05, 8.0, ranges.tolist(), [])
+
+    return scan
+
+
+def with_tf(path, target, *told):
+    """Write a bag that has transforms, too: each a topic and a transform."""
+    with rosbag.Bag(str(path)) as old, rosbag.Bag(str(target), "w") as new:
+        for topic, message, time in old.read_messages():
+            new.write(topic, message, time)
+        for topic, transform in told:
+            new.write(topic, TFMessage([transform]), time)
+    return target
+
+
+def run(*words):
+    return locate_bag.main([str(word) for word in words])
 
 
 def poses(path):
@@ -96,6 +129,47 @@ def test_an_old_bag_is_located_on_the_map(old_bag, tmp_path, capsys):
     assert counts["/old/map"] == 1 and counts["/old/particlecloud"] > 5
     assert counts["/old/robot_info"] == 1, "the report draws the robot and its echoes"
     assert kinds["/old/sonar"] == "p2os_msgs/SonarArray", "the old messages stay as they were"
+
+
+def error_at_the_end(path, truth):
+    """Return how far (m) the last pose that navigation told is from the true one."""
+    told = poses(path)[-1].pose
+    return math.hypot(told.x - truth[0], told.y - truth[1])
+
+
+SEAT = transform("base_link", "seat"), transform("/seat", "/laser")     # over a frame between, and with old names
+SEAT[1].transform.translation.x = LASER.x
+
+
+@pytest.mark.parametrize("topics", [("/tf_static", "/tf_static"), ("/tf", "/tf_static")])
+def test_scans_are_used_where_tf_says_where_the_laser_sits(old_bag, tmp_path, capsys, topics):
+    path, truth = old_bag
+    bag = with_tf(path, tmp_path / "scans.bag", *zip(topics, SEAT))
+    where = "--map", "tutorial", "--model", "p3dx-sh"
+    assert run(bag, tmp_path / "new.bag", *where) == 0
+    said = capsys.readouterr()
+    assert re.search(r"sure of the pose in \d\d %, by the laser in 9\d %", said.out) and "not used" not in said.err
+    assert run(bag, tmp_path / "sonar.bag", *where, "--no-laser") == 0
+    assert "by the laser" not in capsys.readouterr().out
+    assert error_at_the_end(tmp_path / "new.bag", truth) < min(0.03, error_at_the_end(tmp_path / "sonar.bag", truth))
+
+
+LEANING = transform("base_link", "laser")
+LEANING.transform.rotation.y, LEANING.transform.rotation.w = math.sin(0.3), math.cos(0.3)
+
+
+@pytest.mark.parametrize("told, reason", [
+    ([], "nobody says in /tf or /tf_static where its frame 'laser' is in 'base_link'"),
+    ([("/tf", transform("base_link", "seat"))], "where its frame 'laser' is"),
+    ([("/other/tf", transform("base_link", "laser"))], "where its frame 'laser' is"),
+    ([("/tf", LEANING)], "leans by 34 degrees"),
+])
+def test_scans_whose_laser_has_no_place_are_not_used_and_people_are_told(old_bag, tmp_path, capsys, told, reason):
+    bag = with_tf(old_bag[0], tmp_path / "scans.bag", *told)
+    assert run(bag, tmp_path / "new.bag", "--map", "tutorial", "--model", "p3dx-sh") == 0
+    said = capsys.readouterr()
+    assert "the scans of the laser are not used: " in said.err and reason in said.err
+    assert "by the laser" not in said.out and poses(tmp_path / "new.bag")[-1].sure
 
 
 def test_a_map_made_twice_of_a_bag_is_the_same(old_bag, tmp_path):
@@ -158,8 +232,8 @@ def test_what_navigation_told_then_is_left_out(old_bag, tmp_path):
         logged = [message.msg for _, message, _ in new.read_messages("/rosout")]
         frames = [each for _, message, _ in new.read_messages("/tf") for each in message.transforms]
     assert set(topics) == {"/diagnostics", "/rosout", "/tf"} | {"/old/" + name for name in (
-        "pose", "sonar", "cmd_vel", "ground_truth", "truth/map", "map", "navigation", "amcl_pose", "particlecloud",
-        "robot_info")}
+        "pose", "sonar", "scan", "cmd_vel", "ground_truth", "truth/map", "map", "navigation", "amcl_pose",
+        "particlecloud", "robot_info")}
     assert logged == ["slow"]
     assert [(each.header.frame_id, each.child_frame_id) for each in frames if not each.header.stamp] == [
         ("odom", "base_link"), ("map", "other/odom")]

@@ -9,6 +9,6 @@
 ``place_keeper``     the named places of the map
 ``plan_maker``       plans without driving
 ``parameters``       the parameters of the node
-``locate_bag``       a program: where a robot was, from a bag
+``locate_bag``       a program: where a robot was, from a bag; ``bag_laser``: where its laser sat
 ``messages``         values as ROS messages, and back; ``status``: the diagnostics
 """

@@ -1,17 +1,18 @@
 """Where a robot was, or its map, from a bag: ``rosrun pioneer_control locate_bag IN.bag OUT.bag --map lab.yaml``.
 
-The bag may come from this package or from p2os: sonar and pose are enough. The new bag has all of the old one but its
+The bag may come from this package or from p2os: sonar and pose are enough; scans of a laser are used where tf says
+where it sits. The new bag has all of the old one but its
 navigation, amcl_pose, particlecloud, map and tf of odom on a map, which are made anew as if navigation had run, and
 what else navigation told or was told then: plan, places, footprint, goals, its diagnostics and its log. Without a map
 one is made, and ``--save-map`` saves it; an older map of that name is kept. The same bag gives the same poses and the
 same map.
 """
 
+import contextlib
 import os
 import sys
-from contextlib import closing
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import genpy
 from nav_msgs.msg import OccupancyGrid
@@ -30,13 +31,16 @@ from ...message_values import heading_of
 from ...robots import RobotModel, find_model
 from ...whole_file import writing
 from ..chassis import Chassis
+from .bag_laser import SCAN, BagLaser, laser_of
 from .map_files import load_floor_map
 from .map_saver import write_map
 from ..navigator import Readiness
 from ..pilot import Pilot, PilotStep
 from ..senses import Senses
+from ..values import Sensing
 from .parameters import NavigationParameters
-from .messages import body_of, cloud_message, header_of, map_message, odom_on_map, pose2d, pose_with_covariance
+from .messages import (body_of, cloud_message, header_of, map_message, odom_on_map, pose2d, pose_with_covariance,
+                       sweep_of)
 
 FRAME = "map"
 CLOUD_EVERY = 1.0
@@ -68,32 +72,42 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
     "--robot": dict(default="", metavar="NAME", help="namespace of the robot, if the bag has several"),
     "--model": dict(default="", help="model of a robot that has no robot_info in the bag: p3dx-sh for example; the new "
                                      "bag gets one"),
+    "--no-laser": dict(action="store_true", help="go by sonar alone, also where the bag has scans"),
     "--seed": dict(type=int, default=0, help="of what chance decides"),
 }
 
 
 class Located(NamedTuple):
-    """What became of one bag: how many sonar messages, how many of them with a sure pose, and what was damaged."""
+    """What became of one bag: how many sonar messages, how many of them with a sure pose, how many with one by the
+    laser, and what was damaged.
+    """
 
     heard: int
     sure: int
+    by_laser: int
     damage: str
 
 
 class BagRobot(NamedTuple):
-    """A robot in a bag: its namespace, its shape, its model if the bag does not tell it, and its frame of odometry."""
+    """A robot in a bag: its namespace, its shape, its model if the bag does not tell it, its frame of odometry and its
+    own.
+    """
 
     namespace: str
     chassis: Chassis
     model: Optional[RobotModel]
     odom_frame: str
+    base_frame: str
 
 
-def odom_frame_of(path: str, robot: str) -> str:
-    """Return the frame of a robot's odometry in a bag: that of its first pose. p2os may have left it empty."""
+def frames_of(path: str, robot: str) -> Tuple[str, str]:
+    """Return the frame of a robot's odometry in a bag, and its own: those of its first pose. p2os may have left them
+    empty.
+    """
     poses = read_bag(path, lambda connection: connection.topic == robot + "/pose" and kind_of(connection) == "pose")
-    frame = next((message.header.frame_id for _, message, _ in poses.decoded()), "")
-    return frame.lstrip("/") or "odom"
+    first = next((message for _, message, _ in poses.decoded()), None)
+    told = ("", "") if first is None else (first.header.frame_id.lstrip("/"), first.child_frame_id.lstrip("/"))
+    return told[0] or "odom", told[1] or "base_link"
 
 
 def robot_of(path: str, wanted: str, model: str) -> BagRobot:
@@ -114,7 +128,7 @@ def robot_of(path: str, wanted: str, model: str) -> BagRobot:
     if len(names) != 1:
         raise UsageError("%s has %s robots with sonar%s (%s): name one with --robot" % (
             path, len(names), " named %r" % wanted if wanted else "", told))
-    info, frame = infos.get(names[0]), odom_frame_of(path, names[0])
+    info, frames = infos.get(names[0]), frames_of(path, names[0])
     speeds = NavigationParameters.max_linear, NavigationParameters.max_angular
     if model or info is None:
         if not model:
@@ -122,8 +136,8 @@ def robot_of(path: str, wanted: str, model: str) -> BagRobot:
                              " --model p3dx-sh for example" % path)
         found = find_model(model)
         return BagRobot(names[0], Chassis(found.sonar, found.outline(False), *speeds),
-                        found if info is None else None, frame)
-    return BagRobot(names[0], Chassis(*body_of(info), *speeds), None, frame)
+                        found if info is None else None, *frames)
+    return BagRobot(names[0], Chassis(*body_of(info), *speeds), None, *frames)
 
 
 class Locator:
@@ -132,29 +146,42 @@ class Locator:
     Args:
         pilot: the navigation.
         robot: the robot. If it has a model, the new bag is to tell it.
+        laser: its laser. None: it has none, or its scans are not to be used.
     """
 
-    def __init__(self, pilot: Pilot, robot: BagRobot):
+    def __init__(self, pilot: Pilot, robot: BagRobot, laser: Optional[BagLaser]):
         self._pilot, self._senses = pilot, Senses([each.number for each in robot.chassis.transducers])
         self._model, self._odom_frame = robot.model, robot.odom_frame
+        self._laser = laser
         self._next_cloud = self._next_map = 0.0
-        self.heard = self.sure = 0
+        self.heard = self.sure = self.by_laser = 0
+        self.hears: Dict[str, Callable[[Any], List[Sensing]]] = {
+            "SonarArray": self._hear_sonar, "pose": self._hear_pose, SCAN: self._hear_scan}
 
-    def take(self, message: Any) -> List[Tuple[str, Any]]:
-        """Take a pose or a sonar message. Return what navigation says then: name of a topic (of the robot, or one
+    def take(self, kind: str, message: Any) -> List[Tuple[str, Any]]:
+        """Take a message of a kind of `hears`. Return what navigation says then: name of a topic (of the robot, or one
         that begins with /), and message.
         """
-        stamp = message.header.stamp.to_sec()
-        if isinstance(getattr(message, "ranges", None), (list, tuple)):
-            sensed = self._senses.hear_sonar(stamp, message.ranges)
-        else:
-            place, turn = message.pose.pose.position, message.pose.pose.orientation
-            sensed = self._senses.hear_pose(stamp, Pose(
-                place.x, place.y, heading_of(turn.x, turn.y, turn.z, turn.w)))
         made: List[Tuple[str, Any]] = []
-        for sensing in sensed:
+        for sensing in self.hears[kind](message):
             made += self._told(self._pilot.sense(sensing, Readiness()))
         return made
+
+    def _hear_sonar(self, message: Any) -> List[Sensing]:
+        return self._senses.hear_sonar(message.header.stamp.to_sec(), message.ranges)
+
+    def _hear_pose(self, message: Any) -> List[Sensing]:
+        place, turn = message.pose.pose.position, message.pose.pose.orientation
+        return self._senses.hear_pose(message.header.stamp.to_sec(), Pose(
+            place.x, place.y, heading_of(turn.x, turn.y, turn.z, turn.w)))
+
+    def _hear_scan(self, message: Any) -> List[Sensing]:
+        """Take a scan. One of another frame, or whose numbers do not fit together, is left out."""
+        laser = self._laser
+        if laser is not None and message.header.frame_id.lstrip("/") == laser.frame:
+            with contextlib.suppress(UsageError):
+                self._senses.hear_sweep(sweep_of(message, laser.mount, laser.upside_down, 0.0))
+        return []
 
     def _told(self, step: PilotStep) -> List[Tuple[str, Any]]:
         where = step.where
@@ -162,6 +189,7 @@ class Locator:
         stamp = genpy.Time.from_sec(step.time)
         self.heard += 1
         self.sure += where.sure
+        self.by_laser += where.by_laser
         made: List[Tuple[str, Any]] = [
             ("navigation", msg.Navigation(header_of(FRAME, stamp), step.state.value, step.reason, where.sure,
                                           where.reason, pose2d(where.pose), [], 0.0, 0.0)),
@@ -241,9 +269,9 @@ def locate(source: str, target: str, robot: BagRobot, locator: Locator) -> Locat
     """
     if os.path.lexists(target):
         raise UsageError("%s exists already: name another file for the new bag" % target)
-    heard = {"%s/pose" % robot.namespace, "%s/sonar" % robot.namespace}
+    heard = {"%s/%s" % (robot.namespace, name) for name in ("pose", "sonar", "scan")}
     numbers: Dict[Any, int] = {}
-    with writing(target) as part, closing(BagWriter(part)) as writer, Progress("locating") as progress:
+    with writing(target) as part, contextlib.closing(BagWriter(part)) as writer, Progress("locating") as progress:
         reader: BagReader = read_bag(source, progress=progress)
         old = OldBag(reader, robot.namespace, robot.odom_frame)
         for message in reader:
@@ -254,10 +282,11 @@ def locate(source: str, target: str, robot: BagRobot, locator: Locator) -> Locat
                 if key not in numbers:
                     numbers[key] = writer.connect(kept, dict(connection.header, topic=kept))
                 writer.write(numbers[key], data, message.time)
-            if message.topic not in heard or kind_of(connection) not in ("SonarArray", "pose"):
+            kind = connection.type if connection.type == SCAN else kind_of(connection)
+            if message.topic not in heard or kind not in locator.hears:
                 continue
             try:
-                made = locator.take(decode(connection, message.data))
+                made = locator.take(kind, decode(connection, message.data))
             except BagError:
                 continue        # `reader.damage` tells
             for name, each in made:
@@ -265,7 +294,7 @@ def locate(source: str, target: str, robot: BagRobot, locator: Locator) -> Locat
                 if topic not in numbers:
                     numbers[topic] = writer.connect(topic, connection_header(topic, each))
                 writer.write(numbers[topic], serialized(each), message.time)
-    return Located(locator.heard, locator.sure, reader.damage)
+    return Located(locator.heard, locator.sure, locator.by_laser, reader.damage)
 
 
 def connection_header(topic: str, message: Any) -> Dict[str, str]:
@@ -273,6 +302,15 @@ def connection_header(topic: str, message: Any) -> Dict[str, str]:
     latched = {"latching": "1"} if isinstance(message, (OccupancyGrid, msg.RobotInfo)) else {}
     return {"topic": topic, "type": message._type, "md5sum": message._md5sum, "message_definition": message._full_text,
             "callerid": "/locate_bag", **latched}
+
+
+def usable_laser(path: str, robot: BagRobot) -> Optional[BagLaser]:
+    """Return the laser of a robot in a bag. None: it has none, or its scans cannot be used; people are told why."""
+    try:
+        return laser_of(path, robot.namespace, robot.base_frame)
+    except UsageError as error:
+        print("locate_bag: the scans of the laser are not used: %s" % error, file=sys.stderr)
+        return None
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
@@ -295,7 +333,8 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         pilot = Pilot(floor, robot.chassis, seed=options.seed)
         if options.start:
             pilot.start_at(Pose(*options.start), 0.3, 0.2)
-        done = locate(options.bag, options.output, robot, Locator(pilot, robot))
+        laser = usable_laser(options.bag, robot) if floor is not None and not options.no_laser else None
+        done = locate(options.bag, options.output, robot, Locator(pilot, robot, laser))
         if options.save_map:
             pilot.finish()
             saved = "; the map is %s" % write_map(pilot.grid, {}, options.save_map)
@@ -306,8 +345,9 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         print("locate_bag: %s cannot be written: %s. Nothing is left of it" % (options.output, error.strerror),
               file=sys.stderr)
         return 2
-    print("%s -> %s: %d sonar messages, sure of the pose in %.0f %%%s%s" % (
-        options.bag, options.output, done.heard, 100.0 * done.sure / max(1, done.heard), saved,
+    print("%s -> %s: %d sonar messages, sure of the pose in %.0f %%%s%s%s" % (
+        options.bag, options.output, done.heard, 100.0 * done.sure / max(1, done.heard),
+        ", by the laser in %.0f %%" % (100.0 * done.by_laser / max(1, done.heard)) if laser is not None else "", saved,
         "; %s What could be read was used." % done.damage if done.damage else ""))
     return 1 if done.damage else 0
 
