@@ -5,6 +5,7 @@ must stop the robot or keep it still.
 
 import math
 import os
+import subprocess
 import sys
 import threading
 import unittest
@@ -26,6 +27,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 from pioneer_control.msg import (AIO, DIO, IO, BatteryState, GripperState, GripState, LiftState, MotorState,
                                  RobotInfo, SonarArray, Sounds, Stall, WheelVelocities)
+from pioneer_control.ros_node import is_at_work
 from pioneer_control.srv import SetDigitalOut
 from witness import PATIENCE, Witness, heading_of
 
@@ -380,6 +382,14 @@ class DriverDrives(unittest.TestCase):
         listener.waitForTransform("base_link", "gripper", rospy.Time(0), rospy.Duration(PATIENCE))
         (x, _, z), _ = listener.lookupTransform("base_link", "sonar_3", rospy.Time(0))
         self.assertEqual((round(x, 6), round(z, 6)), (0.166, 0.17))
+
+    def test_20_a_second_description_leaves_the_first_one_alone(self):
+        program = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "nodes", "description")
+        ended = subprocess.run([program, "__name:=robot_state_publisher"], env=dict(os.environ, ROS_NAMESPACE="pioneer"),
+                               stdout=subprocess.PIPE, universal_newlines=True, timeout=PATIENCE)
+        self.assertEqual((ended.returncode, ended.stdout.splitlines()), (0, [
+            "/pioneer/robot_state_publisher runs already, and goes on: the robot is described as it was started"]))
+        self.assertTrue(is_at_work("/pioneer/robot_state_publisher", PATIENCE))
 
 
 if __name__ == "__main__":

@@ -11,12 +11,14 @@ The model of a real robot is known only when it has connected. robot_state_publi
 this program starts it then, in its own place.
 """
 
+import contextlib
 import os
 import sys
 import threading
 from dataclasses import dataclass, replace
 from typing import List, Optional, Tuple
 
+import rosgraph
 import roslib.packages
 import rospy
 
@@ -24,7 +26,7 @@ from ..errors import ParameterError, PioneerError
 from ..msg import RobotInfo
 from ..parameters import AutoSwitch, Switch, Text, check, parameter
 from ..robots import RobotModel, find_model
-from ..ros_node import init_node
+from ..ros_node import NO_ANSWER, init_node, is_at_work
 from .parts import Parts
 from .urdf import describe
 
@@ -32,6 +34,8 @@ PUBLISHER = "robot_state_publisher"
 REMIND = 10.0
 """The time (s) without a robot after which the user is told what this node waits for."""
 POLL = 0.2      # s
+PATIENCE = 3.0
+"""The time (s) that another robot_state_publisher has to answer."""
 
 
 @dataclass(frozen=True)
@@ -68,8 +72,14 @@ def fitted(parameters: DescriptionParameters, info: Optional[RobotInfo]) -> Tupl
 
 
 def main() -> int:
-    """Describe the robot, then become its robot_state_publisher. Return 0 after a shutdown, 2 after a wrong parameter.
+    """Describe the robot, then become its robot_state_publisher. Return 0 after a shutdown, or if the robot has one
+    already; 2 after a wrong parameter.
     """
+    name = rosgraph.names.make_caller_id(PUBLISHER).rstrip("/")
+    with contextlib.suppress(*NO_ANSWER):       # no master: init_node waits for it
+        if is_at_work(name, PATIENCE):      # a second one would end it, and both can end each other
+            print("%s runs already, and goes on: the robot is described as it was started" % name)
+            return 0
     init_node(PUBLISHER)
     try:
         parameters, unknown = check(DescriptionParameters, rospy.get_param("~", {}))
