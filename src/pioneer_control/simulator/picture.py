@@ -18,10 +18,13 @@ from ..pictures import BEYOND, FLOOR, INK, WALL, draw_frame, write
 from ..robots import find_model
 from .world import World, known_worlds, load_world, standing_places
 from .world.geometry import Array
+from .world.materials import Material
 from .world.poses import Point, Pose
 
 CAN, START, DOCK, GOAL, ROBOT = "#e69f00", "#009e73", "#0072b2", "#cc79a7", "#d55e00"
 UNMAPPED = "#882255"  # obstacles that are on no map
+SURFACES = {Material.PLAIN: WALL, Material.DARK: "#8c5a2b", Material.GLASS: "#56b4e9", Material.MIRROR: "#999999",
+            Material.REFLECTOR: "#f0e442"}
 LEAST_SPAN = 4.0  # m: width of the drawing of an empty world
 WIDEST, HIGHEST, NARROWEST = 8.0, 5.5, 3.2  # inches: limits of the size of the drawing without its margins
 CAN_DOT = 4.5  # points (1/72 inch): least diameter of a can in the drawing
@@ -96,18 +99,24 @@ def draw_floor(axes: Any, world: World, resolution: float) -> None:
 
 
 def draw_solids(axes: Any, world: World) -> None:
-    """Draw the walls of a world as lines, and its posts to scale. What is on no map has another colour."""
+    """Draw the walls of a world as lines, and its posts to scale. What is on no map has another colour, and each
+    material that a laser sees in another way, too.
+    """
     from matplotlib.collections import LineCollection
     from matplotlib.patches import Circle
 
-    unmapped = np.array([wall for each in world.unmapped for wall in each.walls])
-    for walls, colour in ((world.walls, WALL), (unmapped, UNMAPPED)):
-        if len(walls):
-            axes.add_collection(LineCollection(walls.reshape(-1, 2, 2), colors=colour, linewidths=1.6,
-                                               capstyle="round", zorder=3))
-    posts = [(post, WALL) for post in world.posts.tolist()]
+    colours = [SURFACES[Material(material)] for material in world.materials]
+    walls = list(zip(world.walls.tolist(), colours))
+    walls += [(wall, UNMAPPED) for each in world.unmapped for wall in each.walls]
+    if walls:
+        axes.add_collection(LineCollection(
+            [(wall[:2], wall[2:]) for wall, _ in walls], colors=[colour for _, colour in walls], linewidths=1.6,
+            capstyle="round", zorder=3))
+    posts = list(zip(world.posts.tolist(), colours[len(world.walls):]))
     for (x, y, radius), colour in posts + [(post, UNMAPPED) for each in world.unmapped for post in each.posts]:
         axes.add_patch(Circle((x, y), radius, facecolor=colour, edgecolor=colour, linewidth=1.2, zorder=3))
+    for material in sorted(set(world.materials) - {Material.PLAIN}):
+        axes.plot([], [], color=SURFACES[Material(material)], label=Material(material).name.lower())
 
 
 def draw_cans(axes: Any, world: World) -> None:

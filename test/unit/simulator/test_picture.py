@@ -34,6 +34,17 @@ def test_walls_lie_where_they_are():
     assert np.array_equal(np.array(walls.get_segments()).reshape(-1, 4), world.walls)
 
 
+def test_what_a_laser_sees_in_another_way_has_a_colour_and_its_name():
+    world = World("glass", walls=[(0, 0, 4, 0), (0, 3, 4, 3)], posts=[(2, 1, 0.1)], materials=[2, 0, 1])
+    axes = figure(world).axes[0]
+    (walls,), posts = axes.collections, axes.patches
+    glass, plain = walls.get_colors()[:, :3].tolist()
+    assert [round(255 * part) for part in glass] == [0x56, 0xb4, 0xe9] and plain != glass
+    assert posts[0].get_facecolor()[:3] != tuple(plain)
+    assert axes.get_legend_handles_labels()[1][:2] == ["dark", "glass"]
+    assert "glass" not in figure(load_world("tutorial")).axes[0].get_legend_handles_labels()[1]
+
+
 def test_robots_instead_of_starts():
     model = find_model("p3dx-sh")
     page = figure(load_world("tutorial"), [(model.outline(True), (1.6, 3.0, 0.0)), (model.outline(), (6.3, 2.9, 1.0))])
