@@ -53,8 +53,8 @@ FAULTS = (
     "gripper", "charger from 2", "carry 2.8 0.6 100 from 8",
 )
 """One of each kind, in the order of the page."""
-NOT_DRIVEN = {"arm"}
-"""Kinds that change nothing of a round, because they need an arm."""
+NOT_DRIVEN = {"arm", "laser", "camera"}
+"""Kinds that change nothing of a round, because they need such a device."""
 OPTIONS = (
     ("wheels", dict(larger=0.04)),
     ("wheels", dict(right_larger=0.006)),

@@ -7,7 +7,7 @@ import pytest
 from pioneer_control.errors import ParameterError, PortError, RefusedError
 from pioneer_control.ptz import CameraLine, CameraPhase, CameraSession, CameraSettings
 from pioneer_control.robots import find_model
-from pioneer_control.simulator import load_world, simulate
+from pioneer_control.simulator import fault_of, load_world, simulate
 from pioneer_control.simulator.line import CameraPorts, Server, camera_ports
 
 LIMIT = 60.0
@@ -83,6 +83,23 @@ def test_each_of_several_robots_has_one_with_the_power_of_its_robot(tmp_path):
             server.simulation.links[0].set_power(True)
             server.cameras[0].run_to(server.simulation.clock.now_us)
         assert first.is_local and not second.is_local
+
+
+def test_a_camera_whose_supply_fails_starts_anew(tmp_path):
+    with served(pty=str(tmp_path / "camera")) as server:
+        watched = Watched(server.cameras[0].place)
+        watched.line.start()
+        watched.until(lambda report: report.phase is CameraPhase.READY)
+        with server.lock:
+            server.simulation.faults.add(fault_of("camera"), server.simulation.clock.now_us)
+        server.wake()
+        watched.until(lambda report: report.phase is CameraPhase.FAILED)
+        with server.lock:
+            assert server.cameras[0].camera.is_local and not server.cameras[0].camera.orders
+            server.simulation.faults.clear(server.simulation.clock.now_us)
+        watched.until(lambda report: report.phase is CameraPhase.READY)
+        assert watched.line.end(LIMIT)
+        watched.line.close()
 
 
 def test_what_makes_no_sense_is_refused(tmp_path):

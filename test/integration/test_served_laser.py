@@ -172,8 +172,9 @@ def test_a_cut_line_comes_back():
         listener.wait_for(ScanHeard, scans + 2)
 
 
-def test_the_laser_has_the_power_of_its_robot():
-    with served(faults=[fault_of("power from 1 to 2")]) as server, Listener(server.lasers[0].place) as listener:
+@pytest.mark.parametrize("fails", ["power", "laser"])
+def test_the_laser_has_the_power_of_its_robot_until_its_supply_fails(fails):
+    with served(faults=[fault_of(fails + " from 1 to 2")]) as server, Listener(server.lasers[0].place) as listener:
         listener.wait_for(ScanHeard)
         assert "silent" in listener.wait_for(LaserLost).reason
         listener.wait_for(Measuring, 2)

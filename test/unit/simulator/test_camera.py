@@ -6,6 +6,7 @@ import pytest
 from camera_on_bench import BenchCamera
 
 from pioneer_control.errors import ParameterError
+from pioneer_control.simulator.clock import NEVER_US
 from pioneer_control.simulator.hardware.accessories import AuxPort
 from pioneer_control.simulator.hardware.camera import ACTS, ANSWERS, RUNS, SimulatedCamera
 from pioneer_control.vcc4 import CAMERA_COMMANDS, CameraStatus, encode_camera_command
@@ -216,6 +217,20 @@ def test_at_an_auxiliary_port_it_answers_through_it_and_restarts_with_the_robot(
     assert camera.is_local
     with pytest.raises(ParameterError, match=r"AUX1 has a camera already: a camera needs another .* \(camera_aux"):
         SimulatedCamera("vcc4").join(port, 1)
+
+
+def test_without_power_it_hears_and_says_nothing_and_then_it_starts_anew():
+    bench = BenchCamera(ready=True)
+    bench.camera.device(encode_camera_command("GO_TO", 80, 0))     # its answer is on the way
+    bench.camera.supply(False)
+    assert bench.camera.next_us == NEVER_US
+    assert bench.send(encode_camera_command("GO_TO", 40, 0)) == b""
+    bench.run(1.0)
+    assert bench.camera.pan.position == 0
+    bench.camera.supply(False)
+    bench.camera.supply(True)
+    assert bench.camera.is_on and bench.camera.is_local == (not bench.camera.numbers.starts_ready)
+    assert bench.send(encode_camera_command("CONTROL", 0)).hex() == "fe30303030ef"
 
 
 def test_a_share_of_the_fuzz_of_the_camera():

@@ -9,7 +9,8 @@ from pioneer_control.robots import find_model
 from pioneer_control.simulator.clock import NEVER_US
 from pioneer_control.simulator.line.faults import KINDS, Fault, Faults, fault_of, load_faults
 from pioneer_control.simulator.line.robot_link import WAYS, RobotLink
-from pioneer_control.simulator.line import LineSimulation
+from pioneer_control.simulator.line import CameraPorts, LineSimulation
+from pioneer_control.simulator.line.cameras import fit_camera
 from pioneer_control.simulator.firmware import Firmware, FirmwareState
 from pioneer_control.simulator.simulation import Simulation
 from pioneer_control.simulator.world import World
@@ -196,6 +197,8 @@ EFFECTS = {
     "gyro 90": (lambda link: link.hardware.gyro.drift, 0.0, math.pi / 2),
     "gripper": (lambda link: link.hardware.gripper.stuck, False, True),
     "arm": (lambda link: link.hardware.arm.switched_on, True, False),
+    "laser": (lambda link: link.supplies("laser"), True, False),
+    "camera": (lambda link: link.supplies("camera"), True, False),
     "charger": (lambda link: link.hardware.charger.plugged_in, False, True),
 }
 
@@ -236,6 +239,16 @@ def test_every_kind_does_what_it_says_to_the_robot_it_is_for(words):
     assert [seen(link) for link in scene.links] == [normal, faulty]
     scene.faults.step(1000000)
     assert [seen(link) for link in scene.links] == [normal, normal]
+
+
+def test_a_camera_at_an_auxiliary_port_has_no_power_either():
+    scene = Scene()
+    fit_camera(scene.links[0].firmware, CameraPorts("vcc4", aux=2))
+    camera = scene.links[0].hardware.aux[1].joined
+    scene.add("camera to 1")
+    assert camera.faults.no_power
+    scene.faults.step(1000000)
+    assert not camera.faults.no_power
 
 
 def test_two_dead_transducers_are_two():

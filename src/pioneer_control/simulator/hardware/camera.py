@@ -64,6 +64,7 @@ class CameraFaults(NamedTuple):
         cut_us: time (microseconds) between the two halves of each answer.
         noise: bytes before each answer.
         menu_open: a person has its menu open.
+        no_power: it has no power: see `SimulatedCamera.supply`.
     """
 
     silent: bool = False
@@ -71,6 +72,7 @@ class CameraFaults(NamedTuple):
     cut_us: int = 0
     noise: bytes = b""
     menu_open: bool = False
+    no_power: bool = False
 
 
 class CameraAxis:
@@ -198,6 +200,12 @@ class SimulatedCamera:
             status |= bit if is_set else CameraStatus(0)
         return status
 
+    def supply(self, on: bool) -> None:
+        """Give it power, or none. Without it, it hears nothing, says nothing and stands; then it starts anew."""
+        if on == self.faults.no_power:
+            self.restart()
+            self.fail(no_power=not on)
+
     def switch(self, on: bool) -> None:
         """Switch it on or off at once, as a person does with its remote control. It forgets its settings."""
         if on != self.is_on:
@@ -226,7 +234,7 @@ class SimulatedCamera:
 
     def device(self, data: bytes) -> bytes:
         """Take bytes of the client, as a device of an `AuxPort`. The answers come later: see `step`."""
-        for frame in self._decoder.feed(data):
+        for frame in self._decoder.feed(data) if not self.faults.no_power else ():
             order = decode_camera_command(frame)
             if order is not None and order.camera == 0:
                 self._send(self._answer(order), len(frame))
@@ -235,6 +243,8 @@ class SimulatedCamera:
     def step(self, now_us: int) -> None:
         """Let time pass until `now_us` (microseconds): move, and give out the answers that are due."""
         passed_us, self._now_us = now_us - self._now_us, now_us
+        if self.faults.no_power:
+            return
         if self.is_on and not self.is_changing_power:
             home = self.numbers.home_speeds if self._goes_home else (None, None)
             self.pan.step(passed_us, home[0])

@@ -14,6 +14,7 @@ from .accessories import GYRO_OF_CLIENT, AuxPort, Compass, JoystickDrive, Joysti
 from .arm import PioneerArm
 from .battery import BatteryPack, Charger
 from .body import Body, BumperRing
+from .camera import SimulatedCamera
 from .drives import Drives, MotorPower, Stall
 from .gripper import ParallelGripper
 from .robot_numbers import ArmNumbers, RobotNumbers
@@ -144,6 +145,12 @@ class Hardware:
         """Turn the switch of the arm on or off. Without an arm, do nothing."""
         if self.arm is not None:
             self.arm.switch(on)
+
+    def supply_camera(self, on: bool) -> None:
+        """Give a camera at an auxiliary port power, or none. Without such a camera, do nothing."""
+        for port in self.aux:
+            if isinstance(port.joined, SimulatedCamera):
+                port.joined.supply(on)
 
     def allow_joystick(self, allowed: bool) -> None:
         """Set whether a joystick may drive the robot."""

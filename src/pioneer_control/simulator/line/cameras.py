@@ -64,7 +64,6 @@ class CameraBerth:
 
     def __init__(self, camera: SimulatedCamera, line: ServedLine, has_power: Callable[[], bool]):
         self.camera, self.line, self._has_power = camera, line, has_power
-        self._had_power = True
         camera.put = line.write
 
     @property
@@ -79,18 +78,12 @@ class CameraBerth:
 
     def run_to(self, now_us: int) -> None:
         """Let time pass until `now_us` (simulated microseconds)."""
-        has_power = self._has_power()
-        if has_power and not self._had_power:
-            self.camera.restart()
-        self._had_power = has_power
-        if has_power:
-            self.camera.step(now_us)
+        self.camera.supply(self._has_power())
+        self.camera.step(now_us)
 
     def hear(self) -> None:
         """Read what the client has sent, and let the camera hear it."""
-        data = self.line.read(False)
-        if self._had_power:
-            self.camera.device(data)
+        self.camera.device(self.line.read(False))
 
 
 def fit_camera(robot: Firmware, ports: CameraPorts) -> None:

@@ -2,7 +2,7 @@
 
 import math
 from collections import deque
-from typing import Callable, Deque, Optional, Union
+from typing import Callable, Deque, Optional, Set, Union
 
 from ...errors import ParameterError
 from ..firmware import Firmware, RobotOnLine
@@ -50,6 +50,7 @@ class RobotLink:
         self.on_cable: Callable[[bool], None] = lambda unplugged: None
         self.put: Callable[[Pose], None] = _nobody_is_there
         self._own_voltage: Optional[float] = None
+        self._unsupplied: Set[str] = set()      # devices whose supply has failed
 
     @property
     def hardware(self) -> Hardware:
@@ -70,6 +71,16 @@ class RobotLink:
             self.powered = on
             self.firmware.power_cycle()
             self._clear()
+
+    def supplies(self, device: str) -> bool:
+        """Return whether a device on the robot has power: "laser" or "camera", each with a line of its own."""
+        return self.powered and device not in self._unsupplied
+
+    def supply(self, device: str, on: bool) -> None:
+        """Let the supply of a device fail, "laser" or "camera", or give it power again."""
+        (self._unsupplied.discard if on else self._unsupplied.add)(device)
+        if device == "camera":
+            self.hardware.supply_camera(on)
 
     def carry(self, place: Pose) -> None:
         """Carry the robot to x, y (m) and heading (degrees) in the map frame.

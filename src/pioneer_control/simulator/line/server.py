@@ -246,7 +246,7 @@ class Server:
         for number, (robot, link) in enumerate(zip(robots.robots, self.simulation.links)):
             line = ports.line_of(number, len(robots.robots), tcp)
             laser = LaserBerth(robot, robots.world, line, ports, "%s %s" % (seed, number), robots.clock.now_us,
-                               functools.partial(getattr, link, "powered"))
+                               functools.partial(link.supplies, "laser"))
             self.lasers.append(laser)
             robots.on_step.append(laser.history.note)
 
@@ -262,7 +262,7 @@ class Server:
         for number, (robot, link) in enumerate(zip(robots.robots, self.simulation.links)):
             if ports.has_lines:
                 self.cameras.append(CameraBerth(ports.camera(), ports.line_of(number, len(robots.robots)),
-                                                functools.partial(getattr, link, "powered")))
+                                                functools.partial(link.supplies, "camera")))
             else:
                 fit_camera(robot, ports)
 
