@@ -85,6 +85,6 @@ def test_behind_a_bridge_the_speed_stays():
     assert laser.sent_at_us == laser.clock.now_us + 29 * 20, "telegram 90 has 29 bytes"
 
 
-def test_a_model_without_a_known_place():
-    with pytest.raises(ParameterError, match="on the model amigo-sh is not known.*p3dx-sh"):
-        laser_place(find_model("amigo-sh"))
+def test_any_model_may_have_one_also_where_nobody_knows_its_place():
+    assert laser_place(find_model("p3dx-sh")) == find_model("p3dx-sh").laser
+    assert find_model("amigo-sh").laser is None and laser_place(find_model("amigo-sh"))[:2] == (0.0, 0.0)

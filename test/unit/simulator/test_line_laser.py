@@ -314,11 +314,6 @@ def test_who_says_he_is_a_simulator_needs_the_laser(serial):
         simulate(World("hall"), find_model("p3dx-sh"), 1, None, 0, serial=serial)
 
 
-def test_a_model_whose_laser_nobody_knows():
-    with pytest.raises(ParameterError, match="where a laser sits on the model amigo-sh is not known"):
-        Firmware(find_model("amigo-sh"), World("hall"), line_laser=True)
-
-
 # -- over a serial line
 
 def on_a_line(baud, start, seconds=4.0):

@@ -52,8 +52,7 @@ class Firmware(CommandedRobot):
 
     Raises:
         ParameterError: the model cannot carry a gripper, the arm's auxiliary port has a device already, the robot
-            overlaps an obstacle, the noise is negative, nobody knows where a laser sits on the model, or the serial
-            number says SIM without such a laser.
+            overlaps an obstacle, the noise is negative, or the serial number says SIM without a laser on the line.
     """
 
     def receive(self, data: bytes) -> None:

@@ -11,7 +11,6 @@ from typing import Iterator, Tuple
 
 import numpy as np
 
-from ...errors import ParameterError
 from ...lms2xx import TURN_S
 from ...p2os import LaserReading, SimulatedLaser, SimulatedLaserExtended, wrapped
 from ...robots import LaserPlace, RobotModel
@@ -40,9 +39,6 @@ class LineLaser:
         hardware: the robot.
         numbers: how the laser measures.
         seed: seed of its errors.
-
-    Raises:
-        ParameterError: nobody knows where a laser sits on this model.
     """
 
     def __init__(self, world: World, hardware: Hardware, numbers: LaserNumbers, seed: int):
@@ -94,12 +90,5 @@ def plan_of(view: FieldOfView) -> RayPlan:
 
 
 def laser_place(model: RobotModel) -> LaserPlace:
-    """Return where the laser of a model sits.
-
-    Raises:
-        ParameterError: nobody knows it.
-    """
-    if model.laser is None:
-        raise ParameterError("where a laser sits on the model %s is not known: say it in a models file (key laser), or"
-                             " take another model, such as p3dx-sh" % model.subtype)
-    return model.laser
+    """Return where the laser of a model sits: in the middle of the robot, if the table of models does not say it."""
+    return model.laser or LaserPlace(0.0, 0.0)

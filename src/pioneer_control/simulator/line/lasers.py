@@ -128,9 +128,6 @@ class LaserBerth:
         line: the line.
         laser: the laser.
         history: the poses of the robot.
-
-    Raises:
-        ParameterError: nobody knows where a laser sits on this model.
     """
 
     def __init__(self, robot: Firmware, world: World, line: ServedLine, ports: LaserPorts, seed: str, now_us: int,

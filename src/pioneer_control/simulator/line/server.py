@@ -19,7 +19,6 @@ from typing import Any, Callable, Dict, List, Optional, Sequence, Set, Union
 from ...errors import LinkError, ParameterError
 from ...p2os.recording import Entry
 from ..firmware import Firmware, FirmwareState, RobotOnLine
-from ..firmware.line_laser import laser_place
 from ..simulation import Simulation
 from .faults import Fault
 from .cameras import CameraBerth, CameraPorts, fit_camera
@@ -237,12 +236,10 @@ class Server:
 
         Raises:
             PortError: a line cannot be opened.
-            ParameterError: the robots are not simulated, or nobody knows where a laser sits on their model.
+            ParameterError: the robots are not simulated.
         """
         if not isinstance(robots, Simulation):
             raise ParameterError("lasers are for simulated robots: a record has nothing of what one would see")
-        for robot in robots.robots:
-            laser_place(robot.model)     # before any line is opened
         for number, (robot, link) in enumerate(zip(robots.robots, self.simulation.links)):
             line = ports.line_of(number, len(robots.robots), tcp)
             laser = LaserBerth(robot, robots.world, line, ports, "%s %s" % (seed, number), robots.clock.now_us,
