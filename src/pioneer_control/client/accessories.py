@@ -69,11 +69,11 @@ class Accessories:
         """
         packet = say_packet(notes)
         self._check_known("SAY")
-        with self._robot._link as connected:
+        with self._robot.using() as (connected, now):
             if connected.waiting >= SAY_BEHIND:
                 raise RefusedError("the line is too slow for so many notes: %d commands wait already"
                                    % connected.waiting)
-            connected.command(self._robot._now(), packet)
+            connected.command(now, packet)
 
     def set_outputs(self, mask: int, states: int, timeout: float) -> None:
         """Set the digital outputs whose bits are 1 in ``mask`` (0 to 255) to their bits in ``states`` (0 to 255).
@@ -107,13 +107,13 @@ class Accessories:
             RefusedError: the robot moves, or its motors are off.
         """
         self._check_known("JOYDRIVE")
-        with self._robot._link as connected:
+        with self._robot.using() as (connected, now):
             if on and not connected.drive.at_rest:
                 raise RefusedError("the robot moves: ask again when it stands")
             state = self._robot.state
             if on and state is not None and not state.motors_enabled:
                 raise RefusedError("the motors are off: switch them on first")
-            connected.drive.allow_joystick(on, self._robot._now())
+            connected.drive.allow_joystick(on, now)
 
     def dock(self, timeout: float) -> None:
         """Let the robot take power in the dock in which it stands. Without power after ``timeout`` s it lets go again.
@@ -156,7 +156,7 @@ class Accessories:
 
     @property
     def _identity(self) -> RobotIdentity:
-        with self._robot._link as connected:    # raises when there is no link
+        with self._robot.using() as (connected, _):     # raises when there is no link
             return connected.identity
 
     def _check_known(self, command: str) -> None:

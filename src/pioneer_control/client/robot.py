@@ -7,7 +7,7 @@ import atexit
 import contextlib
 import math
 from time import monotonic
-from typing import Any, Callable, NamedTuple, Optional
+from typing import Any, Callable, Iterator, NamedTuple, Optional, Tuple
 
 from ..errors import LinkLostError, NoAnswerError, PioneerError, RefusedError, UsageError
 from ..p2os import GripperCommand, encode_command
@@ -16,6 +16,7 @@ from .data_requests import DATA
 from .gripper import gripper_packets
 from .identity import RobotIdentity
 from .lockstep import LONGEST_CYCLE
+from .phases import Connected
 from .settings import Settings
 from .state import RobotState
 from .tcp import is_lockstep
@@ -233,8 +234,8 @@ class Robot:
         identity. On an idle line the command is written before this returns. Raises UsageError for NaN and infinity,
         and then sends nothing. Raises LinkError when there is no link.
         """
-        with self._link as robot:
-            robot.drive.set_velocity(linear, angular, self._now(), timeout)
+        with self.using() as (robot, now):
+            robot.drive.set_velocity(linear, angular, now, timeout)
 
     def set_wheel_velocities(self, left: float, right: float, timeout: float = math.inf) -> None:
         """Drive the left and the right wheels at these velocities (m/s, forward positive) until command_timeout.
@@ -244,8 +245,8 @@ class Robot:
         velocities are made smaller by the same factor, so that the curve stays. Raises the same errors as
         set_velocity().
         """
-        with self._link as robot:
-            robot.drive.set_wheel_velocities(left, right, self._now(), timeout)
+        with self.using() as (robot, now):
+            robot.drive.set_wheel_velocities(left, right, now, timeout)
 
     def set_limits(self, max_linear: Optional[float], max_angular: Optional[float], command_timeout: float) -> None:
         """Change the limits (m/s, rad/s; None for the robot's own limit) and the command time-out (s).
@@ -269,8 +270,8 @@ class Robot:
 
         Without a link this does nothing and raises no error: every link begins with a stop.
         """
-        with contextlib.suppress(PioneerError), self._link as robot:
-            robot.drive.stop(self._now())
+        with contextlib.suppress(PioneerError), self.using() as (robot, now):
+            robot.drive.stop(now)
 
     def enable_motors(self, timeout: float = 2.0) -> None:
         """Switch the motors on. Returns when the robot reports that they are on.
@@ -293,8 +294,8 @@ class Robot:
         Returns a function that waits for the result, and raises the same errors as enable_motors(). The result also
         comes as the event MotorsAnswered.
         """
-        with self._link as robot:
-            request = robot.drive.request_motors(on, self._now(), timeout)
+        with self.using() as (robot, now):
+            request = robot.drive.request_motors(on, now, timeout)
 
         def wait() -> None:
             while self._lockstep and not request.done:
@@ -319,10 +320,10 @@ class Robot:
         LinkError without a link.
         """
         packets = gripper_packets(command, value)
-        with self._link as robot:
+        with self.using() as (robot, now):
             if not robot.identity.has_gripper:
                 raise RefusedError("%s: the robot reports no gripper" % self.url)
-            robot.command(self._now(), *packets, stops=command is GripperCommand.HALT)
+            robot.command(now, *packets, stops=command is GripperCommand.HALT)
 
     def set_digital_out(self, mask: int, states: int) -> None:
         """Set the digital outputs whose bits are 1 in ``mask`` (0..255) to their bits in ``states`` (0..255)."""
@@ -343,7 +344,7 @@ class Robot:
 
     def reset_odometry(self) -> None:
         """Set the pose to x 0, y 0, heading 0 from the next state on. Raises LinkError without a link."""
-        with self._link as robot:
+        with self.using() as (robot, _):
             robot.odometry.reset()
 
     def send(self, *packets: bytes, stops: bool = False) -> None:
@@ -351,9 +352,15 @@ class Robot:
 
         Raises RefusedError when very many commands wait for the line, unless the packets ``stops`` something.
         """
-        with self._link as robot:
-            robot.command(self._now(), *packets, stops=stops)
+        with self.using() as (robot, now):
+            robot.command(now, *packets, stops=stops)
 
-    def _now(self) -> float:
-        """Return the present time (s) for a command: monotonic time, unless the robot is in lockstep."""
-        return self._link.now() if self._lockstep else monotonic()
+    @contextlib.contextmanager
+    def using(self) -> Iterator[Tuple[Connected, float]]:
+        """Let other files of this folder command the robot in a ``with`` block, whose end writes what was commanded.
+
+        The block gets the connected robot and the time (s): monotonic, unless the robot is in lockstep. Raises
+        LinkError without a link.
+        """
+        with self._link as robot:
+            yield robot, self._link.now() if self._lockstep else monotonic()
