@@ -23,9 +23,8 @@ _QUARTER_HIGH = float.fromhex("0x1.921fb544p+0")  # first 33 bits of a quarter t
 _QUARTER_LOW = float.fromhex("0x1.0b4611a626331p-34")  # the remaining bits
 
 
-def unit(angle: float) -> Tuple[float, float]:
-    """Return cosine and sine of an angle (rad), which is the unit vector in its direction."""
-    quarters = math.floor(angle * _QUARTERS_PER_RADIAN + 0.5)
+def _series(angle: Any, quarters: Any) -> Tuple[Any, Any]:
+    """Return cosine and sine of what is left of an angle (rad) without its whole quarter turns: numbers, or arrays."""
     x = (angle - quarters * _QUARTER_HIGH) - quarters * _QUARTER_LOW
     z = x * x
     sine = x + x * z * (-1 / 6 + z * (1 / 120 + z * (-1 / 5040
@@ -34,6 +33,13 @@ def unit(angle: float) -> Tuple[float, float]:
                         + z * (1 / 24
                                + z * (-1 / 720
                                       + z * (1 / 40320 + z * (-1 / 3628800 + z * (1 / 479001600 - z / 87178291200))))))
+    return cosine, sine
+
+
+def unit(angle: float) -> Tuple[float, float]:
+    """Return cosine and sine of an angle (rad), which is the unit vector in its direction."""
+    quarters = math.floor(angle * _QUARTERS_PER_RADIAN + 0.5)
+    cosine, sine = _series(angle, quarters)
     quarters &= 3
     if quarters == 0:
         return cosine, sine
@@ -47,14 +53,7 @@ def unit(angle: float) -> Tuple[float, float]:
 def units(angles: Any) -> Tuple[Any, Any]:
     """Return cosines and sines of an array of angles (rad), as two arrays: those of `unit`, to the last bit."""
     quarters = np.floor(angles * _QUARTERS_PER_RADIAN + 0.5)
-    x = (angles - quarters * _QUARTER_HIGH) - quarters * _QUARTER_LOW
-    z = x * x
-    sine = x + x * z * (-1 / 6 + z * (1 / 120 + z * (-1 / 5040
-                                                     + z * (1 / 362880 + z * (-1 / 39916800 + z * (1 / 6227020800))))))
-    cosine = 1.0 + z * (-0.5
-                        + z * (1 / 24
-                               + z * (-1 / 720
-                                      + z * (1 / 40320 + z * (-1 / 3628800 + z * (1 / 479001600 - z / 87178291200))))))
+    cosine, sine = _series(angles, quarters)
     quarters = quarters.astype(int) & 3
     is_odd, is_turned_x, is_turned_y = quarters & 1 == 1, (quarters == 1) | (quarters == 2), quarters >= 2
     across, along = np.where(is_odd, sine, cosine), np.where(is_odd, cosine, sine)
