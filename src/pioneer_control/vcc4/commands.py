@@ -91,11 +91,6 @@ class CameraCommand(NamedTuple):
     needs_lamp: bool = False
 
     @property
-    def values_width(self) -> int:
-        """How many digits its values have."""
-        return sum(value.width for value in self.values)
-
-    @property
     def answer_width(self) -> int:
         """How many digits or letters its answer has, when it is accepted."""
         return sum(field.width for field in self.answer)
