@@ -64,7 +64,7 @@ class LineDevices:
         self._robot = robot
         self._devices = devices
         self._changed = changed
-        self._due = threading.Condition()
+        self._turn = threading.Condition()
         self._closed = False
         self._thread = threading.Thread(target=self._run, name="line devices", daemon=True)
         if devices:
@@ -78,29 +78,28 @@ class LineDevices:
     @contextlib.contextmanager
     def using(self) -> Iterator[float]:
         """Let the caller command devices in a ``with`` block, and send what they want then. It gets the time (s)."""
-        with self._due:
+        with self._turn:
             yield monotonic()
             self._send()
-            self._due.notify_all()
+            self._turn.notify_all()
 
     def wait_until(self, holds: Callable[[], bool], timeout: float) -> bool:
         """Wait until something holds of a device, for ``timeout`` (s) at most. Return whether it does."""
-        with self._due:
-            return self._due.wait_for(holds, timeout)
+        with self._turn:
+            return self._turn.wait_for(holds, timeout)
 
     def end(self, timeout: float) -> bool:
         """Bring all devices to rest. Return whether they are, within ``timeout`` (s). The wheels stand already."""
         with self.using() as now:
             for device in self._devices:
                 device.end(now)
-        with self._due:
-            return self._due.wait_for(lambda: all(device.ended for device in self._devices), timeout)
+        return self.wait_until(lambda: all(device.ended for device in self._devices), timeout)
 
     def close(self) -> None:
         """End the thread."""
-        with self._due:
+        with self._turn:
             self._closed = True
-            self._due.notify_all()
+            self._turn.notify_all()
 
     def _event(self, event: Any) -> None:
         if isinstance(event, (PacketReceived, Ready, LinkDown)):
@@ -114,16 +113,16 @@ class LineDevices:
                         device.disconnected(now)
 
     def _run(self) -> None:
-        with self._due:
+        with self._turn:
             while not self._closed:
                 due = min(device.due for device in self._devices)
-                self._due.wait(None if due == math.inf else max(0.0, due - monotonic()))
+                self._turn.wait(None if due == math.inf else max(0.0, due - monotonic()))
                 now = monotonic()
                 for device in self._devices:
                     if now >= device.due:
                         device.tick(now)
                 self._send()
-                self._due.notify_all()
+                self._turn.notify_all()
 
     def _send(self) -> None:
         for device in self._devices:

@@ -348,7 +348,7 @@ def test_a_lock_that_is_set_meanwhile_is_never_missed(run):
         yield from bottle.power()
         bottle.looked = []
         topics = bottle.node._device_topics["Arm"]
-        topics._locks = lambda: bottle.looked.append(bottle.node._devices._due._is_owned()) or ()
+        topics._locks = lambda: bottle.looked.append(bottle.node._devices._turn._is_owned()) or ()
         bottle.move(base=0.1)
         bottle.send("arm_gripper/command", Float64(0.01))
         yield from bottle.asked("arm/park")
