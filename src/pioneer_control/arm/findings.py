@@ -18,9 +18,9 @@ def finding(session: ArmSession, now: float) -> Finding:
     level, text = LEVELS.get(phase.condition, Level.OK), phase.text
     if not isinstance(phase, Fitted):
         return Finding(level, text, {})
-    failed = phase.order is not None and phase.order.problem
-    if failed and phase.order is not None:
-        level, text = max(level, Level.WARN), "%s; last %s failed: %s" % (text, phase.order.name, failed)
+    order = phase.order
+    if order is not None and order.problem:
+        level, text = max(level, Level.WARN), "%s; last %s failed: %s" % (text, order.name, order.problem)
     if phase.problems:
         level, text = max(level, Level.WARN), "; ".join([text, *phase.problems])
     values: Dict[str, str] = {

@@ -12,7 +12,8 @@ SERVOS = 6
 LAYOUTS = "A", "M"
 M_POWERED, M_LINKED = 1, 2
 A_GOOD, A_INITIALISED, A_POWERED, A_HOMING = 1, 2, 4, 8
-ALL_JOINTS = (1 << SERVOS) - 1
+SERVO_BITS = (1 << SERVOS) - 1
+"""The bits of a byte that has one for each servo."""
 
 
 class ArmStatus(NamedTuple):
@@ -67,9 +68,9 @@ def layout_of(packet: p2os.Arm) -> Optional[str]:
     Nothing moves without power in either layout, and there is no power without a link.
     """
     first, second = packet.status_bits, packet.motion_bits
-    can_be_m = first in (0, M_LINKED, M_LINKED | M_POWERED) and second <= ALL_JOINTS and (
+    can_be_m = first in (0, M_LINKED, M_LINKED | M_POWERED) and second <= SERVO_BITS and (
         not second or bool(first & M_POWERED))
-    can_be_a = first <= ALL_JOINTS and second <= (A_GOOD | A_INITIALISED | A_POWERED | A_HOMING) and (
+    can_be_a = first <= SERVO_BITS and second <= (A_GOOD | A_INITIALISED | A_POWERED | A_HOMING) and (
         bool(second & A_POWERED) or not first and not second & A_HOMING) and (
         not second & A_POWERED or bool(second & A_GOOD))
     if can_be_m == can_be_a:
