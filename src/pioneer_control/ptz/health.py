@@ -1,6 +1,6 @@
 """How a camera is, as a task of the diagnostics (REP 107). Pure; the time is an argument."""
 
-from typing import Dict, List, Tuple
+from typing import Dict
 
 from ..client.fault_flags import Level
 from ..client.health import Finding
@@ -43,17 +43,16 @@ def find_camera(report: CameraReport, port: str, now: float) -> Finding:
         level, text = Level.WARN, "it has not answered for %.0f s" % age
     elif report.phase is CameraPhase.READY:
         text = "ready, says where it looks" if report.is_measured else "ready, has not said yet where it looks"
-    values: List[Tuple[str, str]] = [
-        ("Port", port),
-        ("Cabling", CABLINGS[report.cabling]),
-        ("Power", {None: "not known", True: "on", False: "off"}[report.has_power]),
-        ("Pan (deg, to the right)", "not known" if report.pan is None else "%.1f" % degrees_of(report.pan)),
-        ("Tilt (deg, upwards)", "not known" if report.tilt is None else "%.1f" % degrees_of(report.tilt)),
-        ("Zoom (0 to 1960)", "not known" if report.zoom is None else str(report.zoom)),
-        ("Age of the last answer (s)", "there was none" if age is None else "%.1f" % age),
-        ("Answers", str(report.answers)),
-        ("Commands that were sent again", str(report.repeated)),
-        ("Stray bytes", str(report.stray_bytes)),
-        ("Last error", report.last_error or "none"),
-    ]
-    return Finding(level, text, dict(values))
+    return Finding(level, text, {
+        "Port": port,
+        "Cabling": CABLINGS[report.cabling],
+        "Power": {None: "not known", True: "on", False: "off"}[report.has_power],
+        "Pan (deg, to the right)": "not known" if report.pan is None else "%.1f" % degrees_of(report.pan),
+        "Tilt (deg, upwards)": "not known" if report.tilt is None else "%.1f" % degrees_of(report.tilt),
+        "Zoom (0 to 1960)": "not known" if report.zoom is None else str(report.zoom),
+        "Age of the last answer (s)": "there was none" if age is None else "%.1f" % age,
+        "Answers": str(report.answers),
+        "Commands that were sent again": str(report.repeated),
+        "Stray bytes": str(report.stray_bytes),
+        "Last error": report.last_error or "none",
+    })

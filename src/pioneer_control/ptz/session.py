@@ -256,9 +256,7 @@ class CameraSession:
             return
         if self._conversation is None:
             self._start(now)
-        elif not isinstance(self._step, Say):
-            self._advance(Reply(UNHEARD, (), now), now)
-        elif self._camera.cabling is Cabling.ONE_WAY:
+        elif not isinstance(self._step, Say) or self._camera.cabling is Cabling.ONE_WAY:
             self._advance(Reply(UNHEARD, (), now), now)
         elif self._tries < (FIRST_TRIES if self._camera.cabling is Cabling.AUTO else TRIES):
             self._repeated += 1
