@@ -51,6 +51,20 @@ def has_power(state: RobotState) -> bool:
     return bool(state.flags & Flags.CHARGER_POWER) or state.charge_state in CHARGING
 
 
+def repeat_until(robot: Robot, command: Callable[[], None], shows: Callable[[RobotState], bool], timeout: float,
+                 told: str) -> None:
+    """Give a command, and give it again, until a state of the robot shows its effect.
+
+    Raises NotConfirmedError, which says what the robot was ``told``, after ``timeout`` s.
+    """
+    give_up_at = monotonic() + timeout
+    while monotonic() < give_up_at:
+        command()
+        if any(shows(robot.wait_for_state()) for _ in range(ANSWER_WITHIN)):
+            return
+    raise NotConfirmedError("%s, the robot did not show it within %g s" % (told, timeout))
+
+
 class Accessories:
     """The accessories of one robot. Any thread may call any method.
 
@@ -170,11 +184,5 @@ class Accessories:
         if config is None or not config.charger:
             raise RefusedError("the robot reports no charger for docks (CONFIGpac)")
 
-    def _until(self, packet: bytes, shows: Callable[[RobotState], bool], timeout: float, what: str) -> None:
-        """Send a packet until a state shows its effect. Raises NotConfirmedError after ``timeout`` s."""
-        give_up_at = monotonic() + timeout
-        while monotonic() < give_up_at:
-            self._robot.send(packet)
-            if any(shows(self._robot.wait_for_state()) for _ in range(ANSWER_WITHIN)):
-                return
-        raise NotConfirmedError("%s, the robot did not show it within %g s" % (what, timeout))
+    def _until(self, packet: bytes, shows: Callable[[RobotState], bool], timeout: float, told: str) -> None:
+        repeat_until(self._robot, lambda: self._robot.send(packet), shows, timeout, told)

@@ -15,8 +15,9 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Empty, SetBool, Trigger
 
 from ..client import MotorsAnswered, Robot, SteeredRobot
+from ..client.accessories import repeat_until
 from ..client.laser_power import laser_power
-from ..errors import LinkError, NotConfirmedError, PioneerError, UsageError
+from ..errors import LinkError, PioneerError, UsageError
 from ..msg import Accelerations, GripperState, MotorState, Sounds, WheelVelocities
 from ..srv import SetDigitalOut
 from . import commands
@@ -36,8 +37,6 @@ SETTLES = 0.25
 """If some come like that within this time (s) after a silence, all count as a stop that come within it."""
 CONFIRM_TIMEOUT = 2.0
 """The time (s) that the robot has to confirm that its motors or its sonar are on or off."""
-ANSWER_WITHIN = 3
-"""How many states after a command to wait until a state shows its effect. Then the command is sent again."""
 TWIST = ("linear.x", "linear.y", "linear.z", "angular.x", "angular.y", "angular.z")
 NUMBERS = {"cmd_vel": TWIST, BY_HAND: TWIST, "cmd_wheels": ("left", "right")}
 """The numbers in a velocity message, by topic."""
@@ -191,17 +190,14 @@ class Requests:
             LinkError: there is no link.
         """
         what = "on" if on else "off"
-        before, give_up_at = self._robot.use_sonar, monotonic() + CONFIRM_TIMEOUT
-        while monotonic() < give_up_at:
-            try:
-                self._robot.set_sonar(on)
-                if any(self._robot.wait_for_state().sonar_enabled == on for _ in range(ANSWER_WITHIN)):
-                    return "the sonar is %s" % what
-            except LinkError:       # the caller gets an error, so a reconnect must not switch the sonar later
-                self._robot.use_sonar = before
-                raise
-        raise NotConfirmedError("asked to switch its sonar %s, the robot did not confirm it within %.0f s"
-                                % (what, CONFIRM_TIMEOUT))
+        before = self._robot.use_sonar
+        try:
+            repeat_until(self._robot, lambda: self._robot.set_sonar(on), lambda state: state.sonar_enabled == on,
+                         CONFIRM_TIMEOUT, "told to switch its sonar %s" % what)
+        except LinkError:       # the caller gets an error, so a reconnect must not switch the sonar later
+            self._robot.use_sonar = before
+            raise
+        return "the sonar is %s" % what
 
     def switch_laser(self, on: bool) -> str:
         """Switch the robot's supply of a laser on or off, now and after each reconnect. Return the text of the answer.
