@@ -23,10 +23,10 @@ from ..arm.session import ArmSession
 from ..client import RobotState
 from ..client.health import Finding
 from ..client.line_devices import LineDevice, LineDevices
-from ..errors import NotConfirmedError, PioneerError, RefusedError, UsageError
+from ..errors import NotConfirmedError, PioneerError, UsageError
 from ..msg import Arm
 from .publications import QUEUE, stamped
-from .requests import OfferedService, Requests, SubscribedTopic
+from .requests import OfferedService, Requests, SubscribedTopic, unless_locked
 
 STOP_BUTTON = "STOP button"
 """The hold that is set while the robot's STOP button is pressed."""
@@ -160,13 +160,7 @@ class ArmTopics:
 
     @contextlib.contextmanager
     def _commanding(self, what: str) -> Iterator[float]:
-        """Let the caller command the arm in a ``with`` block, unless a lock is set. It gets the time (s).
-
-        The lock is looked for in the block: whoever sets it later stops what was begun here, in `_halt`.
-        """
-        with self._devices.using() as now:
-            for lock in self._locks():
-                raise RefusedError("%s refused: %s is set" % (what, lock))
+        with unless_locked(self._devices.using, self._locks, what) as now:
             try:
                 yield now
             except UsageError as error:

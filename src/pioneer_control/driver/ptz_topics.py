@@ -8,7 +8,7 @@ publishes what is known.
 import contextlib
 import math
 from time import monotonic
-from typing import Any, Callable, Iterator, List, Tuple
+from typing import Any, Callable, ContextManager, List, Tuple
 
 import rospy
 from geometry_msgs.msg import Point, Quaternion, Transform, TransformStamped, Vector3
@@ -29,7 +29,7 @@ from ..ptz.view import ABOVE_FOOT, Place3, counts_of_joints, frustum, joints, or
 from ..vcc4 import ZOOM_MOST, count_of, field_of_view
 from .parameters import DriverParameters
 from .publications import QUEUE, stamped
-from .requests import OfferedService, Requests, SubscribedTopic
+from .requests import OfferedService, Requests, SubscribedTopic, unless_locked
 
 JOINTS = ("ptz_pan_joint", "ptz_tilt_joint")
 BASE_FRAME, CAMERA_FRAME = "ptz_base_link", "camera"
@@ -171,16 +171,8 @@ class PtzTopics:
         with contextlib.suppress(RefusedError):
             self.stop()
 
-    @contextlib.contextmanager
-    def _commanding(self, what: str) -> Iterator[float]:
-        """Let the caller command the camera in a ``with`` block, unless a lock is set. It gets the time (s).
-
-        The lock is looked for in the block: whoever sets it later stops what was begun here, in `_halt`.
-        """
-        with self._using() as now:
-            for lock in self._locks():
-                raise RefusedError("%s refused: %s is set" % (what, lock))
-            yield now
+    def _commanding(self, what: str) -> ContextManager[float]:
+        return unless_locked(self._using, self._locks, what)
 
 
 def joint_targets(topic: str, message: JointState) -> Any:

@@ -3,11 +3,12 @@
 Threads of rospy call these methods. The file `commands` checks messages to the motors and the gripper.
 """
 
+import contextlib
 import math
 from functools import partial
 from operator import attrgetter
 from time import monotonic
-from typing import Any, Callable, Dict, Iterable, List, Mapping, NamedTuple, Optional
+from typing import Any, Callable, ContextManager, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Tuple
 
 import rospy
 from geometry_msgs.msg import Twist
@@ -17,7 +18,7 @@ from std_srvs.srv import Empty, SetBool, Trigger
 from ..client import MotorsAnswered, Robot, SteeredRobot
 from ..client.accessories import repeat_until
 from ..client.laser_power import laser_power
-from ..errors import LinkError, PioneerError, UsageError
+from ..errors import LinkError, PioneerError, RefusedError, UsageError
 from ..msg import Accelerations, GripperState, MotorState, Sounds, WheelVelocities
 from ..srv import SetDigitalOut
 from . import commands
@@ -322,6 +323,20 @@ def check_finite(topic: str, message: Any) -> None:
     for name, value in zip(NUMBERS[topic], _get_numbers[topic](message)):
         if not math.isfinite(value):
             raise UsageError("%s refused: %s is %s, and a velocity must be finite" % (topic, name, value))
+
+
+@contextlib.contextmanager
+def unless_locked(using: Callable[[], ContextManager[float]], locks: Callable[[], Tuple[str, ...]],
+                  what: str) -> Iterator[float]:
+    """Let the caller command a device in a ``with`` block, unless a lock is set. It gets the time (s).
+
+    The locks are looked for in the block of ``using``: whoever sets one later stops what was begun here (``halt`` of
+    `Requests.offer`). Raises RefusedError, which names the lock and ``what`` was asked.
+    """
+    with using() as now:
+        for lock in locks():
+            raise RefusedError("%s refused: %s is set" % (what, lock))
+        yield now
 
 
 class SubscribedTopic(NamedTuple):
