@@ -25,9 +25,6 @@ TURNS = frozenset(("HOME", "GO_TO", "RUN_RIGHT", "RUN_LEFT", "RUN_UP", "RUN_DOWN
 TARGETS = frozenset(("HOME", "GO_TO"))
 """Commands that it refuses while it turns."""
 SIGN = {0: 0, 1: 1, 2: -1}
-RUNS: Dict[str, Tuple[int, int]] = {
-    "RUN_RIGHT": (1, 0), "RUN_LEFT": (-1, 0), "RUN_UP": (0, 1), "RUN_DOWN": (0, -1)}
-"""Where pan and tilt go, by the command."""
 ZOOM_RUNS = {1: (0, 2), 2: (ZOOM_MOST, 2), 3: (0, 1), 4: (ZOOM_MOST, 1)}
 """Where the zoom goes, and the divisor of its speed, by the value of ZOOM_RUN."""
 COARSE = 153
@@ -278,8 +275,6 @@ class SimulatedCamera:
         self.orders += 1
         name = order.command.name
         ACTS.get(name, _nothing)(self, *order.values)
-        if name in RUNS:
-            self._run(*RUNS[name])
         return encode_answer(name, *(ANSWERS[name](self) if order.command.answer else ()))
 
     def _obstacle(self, order: CameraOrder) -> Optional[AnswerKind]:
@@ -352,7 +347,7 @@ class SimulatedCamera:
         self.pan.stop()
         self.tilt.stop()
 
-    def _run(self, pan: int, tilt: int) -> None:
+    def run(self, pan: int, tilt: int) -> None:
         """Run until a stop or the end of the range: where the signs of pan and tilt say; 0 stops an axis in RUN_BOTH.
         """
         for axis, sign in ((self.pan, pan), (self.tilt, tilt)):
@@ -362,7 +357,7 @@ class SimulatedCamera:
     def run_both(self, pan: int, tilt: int) -> None:
         """Obey RUN_BOTH."""
         self.stop()
-        self._run(SIGN[pan], SIGN[tilt])
+        self.run(SIGN[pan], SIGN[tilt])
 
     def run_zoom(self, how: int) -> None:
         """Obey ZOOM_RUN."""
@@ -390,13 +385,17 @@ def _set_range(axis: CameraAxis, low: int, high: int) -> None:
     axis.low, axis.high = low, high
 
 
-ACTS: Dict[str, Callable[..., None]] = {
+ACTS: Dict[str, Callable[..., object]] = {
     "POWER": SimulatedCamera.power,
     "CONTROL": SimulatedCamera.control,
     "INITIALISE": SimulatedCamera.initialise,
     "HOME": SimulatedCamera.go_home,
     "GO_TO": SimulatedCamera.go_to,
     "STOP": SimulatedCamera.stop,
+    "RUN_RIGHT": lambda camera: camera.run(1, 0),
+    "RUN_LEFT": lambda camera: camera.run(-1, 0),
+    "RUN_UP": lambda camera: camera.run(0, 1),
+    "RUN_DOWN": lambda camera: camera.run(0, -1),
     "RUN_BOTH": SimulatedCamera.run_both,
     "PAN_SPEED": lambda camera, speed: setattr(camera.pan, "speed", speed),
     "TILT_SPEED": lambda camera, speed: setattr(camera.tilt, "speed", speed),
