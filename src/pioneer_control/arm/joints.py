@@ -14,7 +14,7 @@ JOINT_NAMES = ("arm_base_joint", "arm_shoulder_joint", "arm_elbow_joint", "arm_r
 """Names in the order of the servos 1 to 6."""
 SIGNS = (1, -1, -1, -1, -1)
 """Whether an angle of ``kinematics`` grows with the ticks of its servo (1) or against them (-1). Sheet 15 and 16."""
-GRIPPER_WIDTH = 0.054
+GRIPPER_OPENING = 0.054
 """Opening (m) of an open gripper. Sheet 16."""
 FASTEST_MS, SLOWEST_MS = 1, 127
 """Range of a servo's speed (ms per tick). Sheet 14."""
@@ -118,7 +118,7 @@ def find_joints(info: p2os.ArmInfo, settings: Tuple[JointSettings, ...]) -> Foun
 
 def _joint(name: str, number: int, reported: p2os.ArmJoint, given: JointSettings) -> Joint:
     if name == GRIPPER:
-        zero, unit = float(reported.minimum), GRIPPER_WIDTH / (reported.maximum - reported.minimum)
+        zero, unit = float(reported.minimum), GRIPPER_OPENING / (reported.maximum - reported.minimum)
     else:
         unit = given.sign * SIGNS[number - 1] * math.pi / 2.0 / reported.ticks_per_90_deg
         zero = reported.centre - given.offset / unit
