@@ -31,7 +31,7 @@ from .conversation import Conversation, ask_marks, ask_tape
 from .estimate import Estimate, check
 from .guide import STAND, Guide
 from .lookout import Lookout
-from .pieces import told
+from .pieces import in_words
 from .plan import Leg, RunPlan, plan_of
 from .result import (OwnNumbers, after_telling, check_new_file, numbers_to_tell, of_counts, of_driver, values_of_file,
                      write_models_file)
@@ -273,7 +273,7 @@ def runs_from_bag(terminal: Terminal, given: argparse.Namespace) -> Tuple[Subjec
     terminal.say("%d runs look like one. What was none is passed over with %s." % (len(recorded.pieces), SKIP))
     marks, runs = ask_marks(terminal, subject.marks), []
     for number, piece in enumerate(recorded.pieces, 1):
-        terminal.say("\nRun %d, %s, %s." % (number, name_of(piece.kind, piece.turns), told(piece)))
+        terminal.say("\nRun %d, %s, %s." % (number, name_of(piece.kind, piece.turns), in_words(piece)))
         turns = piece.turns
         if piece.kind is RunKind.TURN:
             counted = ask_turns(terminal, piece.turns)

@@ -4,7 +4,7 @@ Lengths in m, angles in rad, times in s.
 """
 
 import math
-from typing import Any, Iterable, Iterator, List, NamedTuple, Optional, Tuple
+from typing import Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
 from ..errors import CalibrationError
 from ..floor_poses import Pose, relative
@@ -112,7 +112,7 @@ def _run_in(part: List[PoseOrRate], begin: float) -> Iterator[RecordedRun]:
         yield RecordedRun(*found, track, begin)
 
 
-def told(piece: Any) -> str:
-    """Return what a piece is in words, by odometry."""
+def in_words(run: RecordedRun) -> str:
+    """Return when a run in a recording begins, and what it is by odometry."""
     return "after %d min %02d s: %.2f m, %.0f degrees by odometry" % (
-        piece.begin // 60, piece.begin % 60, piece.track.way, math.degrees(piece.track.turn))
+        run.begin // 60, run.begin % 60, run.track.way, math.degrees(run.track.turn))

@@ -33,10 +33,6 @@ class OwnNumbers(NamedTuple):
     rev_count: Optional[int] = None
     drift_factor: Optional[int] = None
 
-    def told(self, new: Dict[str, int]) -> "OwnNumbers":
-        """Return the numbers after some have been told, by their names."""
-        return self._replace(**new)
-
 
 def of_counts(factors: Factors, model: RobotModel) -> Factors:
     """Return the factors of what the robot counts, from those of what a driver with this model says of it.
@@ -82,7 +78,7 @@ def numbers_to_tell(counted: Factors, nominal: RobotModel, own: OwnNumbers,
 def after_telling(counted: Factors, own: OwnNumbers, new: Dict[str, int],
                   drift_unit: Optional[float] = None) -> Factors:
     """Return the factors of what the robot counts when it has been told new numbers: the rest."""
-    now = own.told(new)
+    now = own._replace(**new)
     drift = (now.drift_factor or 0) - (own.drift_factor or 0)
     return Factors(counted.distance * _ratio(now.ticks_mm, own.ticks_mm),
                    counted.turn * _ratio(now.rev_count, own.rev_count), counted.curve + drift * (drift_unit or 0.0))

@@ -4,6 +4,7 @@ import math
 from typing import List, Sequence
 
 from .estimate import Estimate
+from .guide import SPEED, TURN_RATE
 from .plan import AheadLeg, PlannedRun
 from .runs import RunKind, RobotMarks, TapedRun, name_of
 from .tracks import Factors
@@ -52,7 +53,7 @@ def begin(runs: Sequence[PlannedRun]) -> str:
 
 def driving_time(runs: Sequence[PlannedRun]) -> float:
     """Return about how long (s) some runs take to drive."""
-    return sum(leg.way / 0.4 + 3.0 if isinstance(leg, AheadLeg) else abs(leg.turn) / math.radians(40) + 2.5
+    return sum(leg.way / SPEED + 3.0 if isinstance(leg, AheadLeg) else abs(leg.turn) / TURN_RATE + 2.5
                for run in runs for leg in run.legs)
 
 

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from made_runs import track_of
-from pioneer_control.calibration.pieces import PoseOrRate, kind_of_track, pieces, told
+from pioneer_control.calibration.pieces import PoseOrRate, in_words, kind_of_track, pieces
 from pioneer_control.calibration.plan import AheadLeg, TurnLeg, line, square, turns
 from pioneer_control.calibration.runs import RunKind
 from pioneer_control.floor_poses import Pose, compose
@@ -46,7 +46,7 @@ def test_runs_are_found_between_rests_and_what_is_none_is_left_out():
         (RunKind.TURN, 2), (RunKind.LINE, 0), (RunKind.SQUARE, -1), (RunKind.TURN, -1)]
     assert found[0].track.turn == pytest.approx(4 * math.pi) and found[1].track.way == pytest.approx(5.0)
     assert found[0].begin == pytest.approx(8.0, abs=0.2)
-    assert told(found[1]).endswith(": 5.00 m, 0 degrees by odometry")
+    assert in_words(found[1]).endswith(": 5.00 m, 0 degrees by odometry")
 
 
 def test_a_gyro_between_the_poses_costs_no_step():
