@@ -15,11 +15,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..lms2xx import MEASURING_MODES, TURN_S, farthest_m, ranges_m, reflector_levels
+from ..lms2xx import MEASURING_MODES, RAY_S, farthest_m, ranges_m, reflector_levels
 from .session import ScanHeard
 
-RAY_TIME = TURN_S / 360.0
-"""Time (s) from one ray to the next, one degree farther (laser sheet 1.8: 37.0 us)."""
 NEAREST = 0.05
 """`ScanNumbers.range_min` (m). SICK says 0, and states accuracy from 1 m on: this number is invented."""
 BELOW_MAX = 0.02
@@ -73,7 +71,7 @@ def numbers_of(heard: ScanHeard, inverted: bool = False, no_echo_is_max: bool = 
         angle_min=variant.first_angle_rad,
         angle_max=variant.first_angle_rad + math.radians(variant.angle_deg),
         angle_increment=variant.step_rad,
-        time_increment=RAY_TIME if variant.turns == 1 and not inverted else 0.0,
+        time_increment=RAY_S if variant.turns == 1 and not inverted else 0.0,
         scan_time=heard.info.scan_time,
         range_min=NEAREST,
         range_max=farthest,

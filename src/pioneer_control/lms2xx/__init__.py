@@ -23,7 +23,8 @@ sheet: SICK's telegram listing, and what programs that spoke with such lasers do
 
 from .configuration import FACTORY, MEASURING_MODES, Availability, Configuration, MeasuringMode, Unit
 from .messages import MESSAGES, WELL, MalformedMessage, UnknownMessage, decode, encode
-from .rates import TURN_S, VARIANTS, Variant, first_ray_before_first_byte, scan_bytes, scan_time, time_on_line
+from .rates import (RAY_S, TURN_S, VARIANTS, Variant, first_ray_before_first_byte, scan_bytes, scan_time,
+                    time_on_line)
 from .replies import (ConfigurationReply, ConfigurationWritten, DeviceError, ErrorsReply, ModeSet, NotPossible,
                       PartReply, PowerOn, Resetting, ScanReply, SpeedKept, StatusReply, TypeReply, VariantSet)
 from .requests import (PASSWORD, SPEEDS, AskConfiguration, AskErrors, AskMean, AskScan, AskStatus, AskType, AskValues,
@@ -42,5 +43,6 @@ __all__ = [
     "PowerOn", "Resetting", "ScanReply", "SpeedKept", "StatusReply", "TypeReply", "VariantSet",
     "FACTORY", "MEASURING_MODES", "Availability", "Configuration", "MeasuringMode", "Unit",
     "CODES", "DAZZLED", "METRES", "Indices", "RawScan", "codes_in", "farthest_m", "ranges_m", "reflector_levels",
-    "TURN_S", "VARIANTS", "Variant", "first_ray_before_first_byte", "scan_bytes", "scan_time", "time_on_line",
+    "RAY_S", "TURN_S", "VARIANTS", "Variant", "first_ray_before_first_byte", "scan_bytes", "scan_time",
+    "time_on_line",
 ]

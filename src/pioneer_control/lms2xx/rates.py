@@ -12,6 +12,8 @@ from typing import NamedTuple, Tuple
 
 TURN_S = 1.0 / 75.0
 """Time of one turn of the mirror."""
+RAY_S = TURN_S / 360.0
+"""Time from one ray to the next in one turn, one degree farther (laser sheet 1.8: 37.0 us)."""
 BITS_OF_A_BYTE = 10
 """On the line: a start bit, eight of data, a stop bit."""
 _OTHER_BYTES = 10

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from laser_on_bench import ROOM, to_wall
-from pioneer_control.lms2xx import TURN_S, VARIANTS, Variant
+from pioneer_control.lms2xx import RAY_S, TURN_S, VARIANTS, Variant
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.lms200 import PERFECT, TYPICAL, Optics, moving, standing
-from pioneer_control.simulator.lms200.ray_plans import RAY_S, RayPlan, complete_scan, partial_scan, quarter_of_turn
+from pioneer_control.simulator.lms200.ray_plans import RayPlan, complete_scan, partial_scan, quarter_of_turn
 from pioneer_control.simulator.simulation import Simulation
 from pioneer_control.simulator.world import World
 

@@ -9,10 +9,8 @@ import functools
 import math
 from typing import NamedTuple, Tuple
 
-from ...lms2xx import TURN_S, Variant
+from ...lms2xx import RAY_S, TURN_S, Variant
 
-RAY_S = TURN_S / 360.0
-"""Time (s) from one ray to the next in one turn: 1 degree of the mirror (laser sheet 1.8: 37.0 us)."""
 QUARTERS = 4
 """Quarters of a degree in a degree. Partial scans count their shift in quarters."""
 
