@@ -28,7 +28,7 @@ from pioneer_control.laser.conversion import numbers_of
 from pioneer_control.laser.health import LaserHealth
 from pioneer_control.laser.line import LaserLine
 from pioneer_control.laser.session import ScanHeard
-from pioneer_control.laser.settings import LaserSettings, check
+from pioneer_control.laser.settings import LaserSettings
 from pioneer_control.simulator.clock import NEVER_US
 from pioneer_control.simulator.hardware import LaserNumbers
 from pioneer_control.simulator.line.uart import as_heard
@@ -90,7 +90,7 @@ class LaserRig:
         self.chance = random.Random(seed)
         self.port: Optional[RigPort] = None
         self.events: List[Tuple[float, Any]] = []
-        self.line = LaserLine(url, check(LaserSettings(**settings)), self._hear, self._open, lambda: self.now)
+        self.line = LaserLine(url, LaserSettings(**settings), self._hear, self._open, lambda: self.now)
         self.line._ending.wait = self.pass_time     # type: ignore[assignment, method-assign]
         self.judge, self.diagnosis = LaserJudge(self), LaserDiagnosis(self)
         self._script: Optional[Script] = None

@@ -16,7 +16,7 @@ from pioneer_control.laser import session as session_file
 from pioneer_control.laser.conversion import numbers_of
 from pioneer_control.laser.line import LaserLine, PortDown
 from pioneer_control.laser.session import LaserLost, Measuring, ScanHeard
-from pioneer_control.laser.settings import LaserSettings, check
+from pioneer_control.laser.settings import LaserSettings
 from pioneer_control.robots import find_model
 from pioneer_control.simulator import Simulation, load_world, simulate
 from pioneer_control.simulator.line import LaserPorts, Server, fault_of
@@ -43,7 +43,7 @@ class Listener:
 
     def __init__(self, url, **settings):
         self.events = []
-        self.line = LaserLine(url, check(LaserSettings(**settings)), self.events.append)
+        self.line = LaserLine(url, LaserSettings(**settings), self.events.append)
         self._thread = threading.Thread(target=self.line.run, daemon=True)
 
     def __enter__(self):

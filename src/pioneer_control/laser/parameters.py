@@ -12,7 +12,6 @@ from ..lms2xx import MEASURING_MODES, PASSWORD, SPEEDS, Unit
 from ..parameters import AutoSwitch, Choice, Number, Numbers, Switch, Text, check_old, parameter
 from ..robots import find_model
 from .settings import LaserSettings
-from .settings import check as check_settings
 
 KEEP = -1
 """Measuring mode that means: the one that the laser has."""
@@ -92,7 +91,7 @@ class LaserParameters:
         Raises:
             ParameterError: no laser can have this.
         """
-        return check_settings(LaserSettings(
+        return LaserSettings(
             baud=self.baud,
             angle_deg=self.angle or None,
             step_hundredths=round(self.resolution * 100.0) or None,
@@ -100,7 +99,7 @@ class LaserParameters:
             measuring_mode=None if self.measuring_mode == KEEP else self.measuring_mode,
             writes=self.write,
             password=self.password.encode("latin-1", "replace"),
-            power_on=self.power_on))
+            power_on=self.power_on)
 
     @property
     def mounted(self) -> "Mounted":

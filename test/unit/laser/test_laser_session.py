@@ -8,7 +8,7 @@ from pioneer_control import lms2xx
 from pioneer_control.errors import ParameterError
 from pioneer_control.laser.conversation import SetLineSpeed
 from pioneer_control.laser.session import LaserLost, Measuring, ScanHeard, LaserSession
-from pioneer_control.laser.settings import LaserSettings, check
+from pioneer_control.laser.settings import LaserSettings
 
 SCAN = lms2xx.RawScan((1000,) * 361)
 
@@ -89,7 +89,7 @@ class Bench:
         self.laser = laser or ScriptedLaser()
         self.now, self.port_baud = 100.0, None
         self.speeds = []
-        self.session = LaserSession(check(LaserSettings(**settings)), has_speed, self.now)
+        self.session = LaserSession(LaserSettings(**settings), has_speed, self.now)
         self.events = []
 
     def step(self):
@@ -517,4 +517,4 @@ def test_half_a_telegram_is_given_up_after_a_pause():
 ])
 def test_settings_that_no_laser_has_are_refused(wrong, named):
     with pytest.raises(ParameterError, match=named.replace(".", "[.]")):
-        check(LaserSettings(**wrong))
+        LaserSettings(**wrong)
