@@ -97,7 +97,7 @@ def inverse(position: Vector, approach: Vector, shape: ArmShape = PIONEER_ARM) -
 def _two_links(out: float, height: float, shape: ArmShape) -> List[Tuple[float, float]]:
     """Return shoulder and elbow (rad) that bring the wrist ``out`` and up (m) from the shoulder: elbow down, then up.
 
-    None when it is out of reach, one of both when the arm must be straight.
+    An empty list when it is out of reach, one pair when the arm must be straight.
     """
     upper, lower = shape.upper_arm, shape.forearm
     cosine = (out * out + height * height - upper * upper - lower * lower) / (2.0 * upper * lower)

@@ -1,7 +1,7 @@
 """What a status packet of the arm (ARMpac) means. Its first two bytes come in two layouts (arm sheet 13).
 
 Layout M is that of the manuals. Layout A is what the vendor's own client reads. No packet says which one it has: the
-first packets tell it, as long as nothing but one of both makes sense.
+first packet that makes sense in only one of them tells it.
 """
 
 from typing import NamedTuple, Optional, Tuple

@@ -24,13 +24,13 @@ ROUNDS = 6
 STEPS = Factors(1e-5, 1e-5, 1e-5)
 """Differences for derivatives."""
 MOST = Factors(0.15, 0.25, 0.35)
-"""No wheel is wrong by more: from 1, 1 and 0."""
+"""How far factors may be from 1, 1 and 0: no wheel is more wrong."""
 MOST_MISFIT = 4.0
 """Runs may differ twice as much as on a rough floor: the mean of the squared misfits."""
 STRANGE = 5.0
-"""A run that misfits what all others say by so many standard deviations is asked for again."""
+"""A run that misfits all others by more standard deviations than this is asked for again."""
 ENOUGH = Factors(0.002, 0.0015, 0.01)
-"""Surer than that (standard deviations) is sure enough."""
+"""Standard deviations at which an estimate is sure enough."""
 
 
 class Estimate(NamedTuple):

@@ -18,7 +18,7 @@ BRAKING, TURN_BRAKING = 0.2, math.radians(40)
 CREEP, TURN_CREEP = 0.02, math.radians(2)
 """Velocities (m/s, rad/s) at the end of a leg."""
 NEAR, TURN_NEAR = 0.004, math.radians(0.4)
-"""A leg ends so near to its end (m, rad)."""
+"""Way and turn (m, rad) before the end of a leg at which it counts as driven."""
 LAG = 0.2
 """Time (s) that passes until the robot does what it is told."""
 STEER, STEER_BACK = 1.0, 0.6
@@ -121,5 +121,5 @@ class Guide:
 
 
 def _gentle(left: float, fastest: float, braking: float, creep: float) -> float:
-    """Return the speed at which a robot still stops in time, with so much way left."""
+    """Return the speed at which a robot still stops in time when ``left`` is its way, or turn, to the end."""
     return max(creep, min(fastest, math.sqrt(2.0 * braking * max(0.0, left)), left / (4.0 * LAG)))

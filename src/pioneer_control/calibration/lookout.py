@@ -17,7 +17,7 @@ FREE = 0.55
 FREE_TURN = 0.6
 """Turn (rad) that must be free."""
 TOO_OLD = 0.5
-"""What the robot told so long ago (s) counts no more."""
+"""Age (s) above which what the robot told does not count."""
 CLEAR_FOR = 1.0
 """Time (s) for which the way must be free before the robot goes on."""
 

@@ -48,7 +48,7 @@ PATIENCE = 15.0
 TOLD_PATIENCE = 5.0
 """The longest wait (s) until the robot reports new numbers of its own."""
 UNMOVED = 2.0
-"""A robot that is told to drive and does not move for so long (s) is locked."""
+"""Time (s) after which a robot that is told to drive, and does not move, must be locked."""
 LOCKED = ("it is told to drive, and does not. Is stop_all set, or has a person the helm? rostopic echo -n 1 .../helm"
           " says it")
 SKIP = "-"

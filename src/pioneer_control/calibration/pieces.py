@@ -12,16 +12,16 @@ from .runs import RunKind
 from .tracks import OdometryTrack, TrackRecorder
 
 REST = 5.0
-"""A rest is at least so long (s). In the corners of a square, and where somebody let go, the robot stands shorter."""
+"""Shortest rest (s). In the corners of a square, and where somebody let go, the robot stands for less."""
 STILL, STILL_TURN = 0.0005, 0.0005
 """A robot that stands moves less (m, rad) from pose to pose."""
 LEAST_LINE, MOST_BEND, STRAIGHT = 1.0, math.radians(40), 0.95
-"""A line is at least so long (m), and its heading never differs more from that at its begin (rad),
-and this share of its way is net: it does not go to and fro."""
+"""Shortest line (m); how far its heading may turn from that at its begin (rad); and the least share of its way that
+leads ahead: it does not go to and fro."""
 LEAST_TURN, MOST_WAY = 0.8 * 2.0 * math.pi, 0.1
-"""A turn on the spot is at least so long (rad), and drives less (m) in each turn."""
+"""Least turn on the spot (rad), and the way (m) that it stays below in each turn."""
 LEAST_SQUARE, OFF_SQUARE = 2.0, math.radians(60)
-"""A square is at least so long (m) and turns a whole turn, give or take that."""
+"""Shortest way of a square (m), and how far its turn may be from a whole one (rad)."""
 
 
 class PoseOrRate(NamedTuple):

@@ -52,19 +52,19 @@ def turns(count: int) -> PlannedRun:
 
 
 def square(side: float, direction: int) -> PlannedRun:
-    """Return a square with sides of so many m, to the left (1) or to the right (-1), with a corner at its end."""
+    """Return a square with sides of ``side`` m, to the left (1) or to the right (-1), with a corner at its end."""
     return PlannedRun(RunKind.SQUARE, direction, (AheadLeg(side), TurnLeg(direction * math.pi / 2.0)) * 4)
 
 
 def plan_of(way: float = 5.0, side: float = 2.0, repeats: int = 2) -> RunPlan:
-    """Return the plan: one turn each way, then five; lines; squares both ways; all so many times.
+    """Return the plan: one turn each way, then five; lines; squares both ways; all ``repeats`` times.
 
     One turn goes first: a robot that turns 8 % too far would be off by more than a right angle after five.
 
     Args:
         way: of a line (m).
         side: of a square (m). 0: no squares.
-        repeats: five turns and a square each way, and two lines, so many times.
+        repeats: how often: five turns and a square each way, and two lines.
 
     Raises:
         UsageError: a value is not legal.

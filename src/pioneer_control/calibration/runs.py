@@ -67,7 +67,7 @@ NAMES = {
 
 
 def check_turned(tape: Tape, marks: RobotMarks) -> None:
-    """Check that marks so far apart can lie so. Raises UsageError."""
+    """Check that the tape has the marks no farther apart than they are on the robot. Raises UsageError."""
     if abs(tape.first - tape.second) > marks.apart:
         raise UsageError(
             "the front mark %.3f m left and the rear mark %.3f m left: that is %.3f m from one to the other, but they"

@@ -14,7 +14,7 @@ from ..floor_poses import Pose, relative
 Array = Any     # of numpy
 
 LONGEST_STEP, LONGEST_TURN = 1.0, math.pi / 2.0
-"""A robot does not drive or turn so far (m, rad) from one pose to the next: odometry was reset, or poses got lost."""
+"""No robot drives or turns farther (m, rad) from one pose to the next: odometry was reset, or poses got lost."""
 
 
 class Factors(NamedTuple):
@@ -45,7 +45,7 @@ class OdometryTrack:
         self.gyro = gyro
 
     def scaled(self, distance: float, turn: float) -> "OdometryTrack":
-        """Return the track of a robot that counts so many times the way and the turn."""
+        """Return this track with its ways and its turns multiplied by these factors."""
         return OdometryTrack(self.ahead * distance, self.turned * turn, self.gyro)
 
     @property

@@ -17,7 +17,7 @@ NOTE_UNIT = 0.02            # s, of the length of a note
 LONGEST_NOTE = 255 * NOTE_UNIT
 MOST_NOTES = 20
 SAY_BEHIND = 4
-"""Notes are refused while so many commands wait for the line. 20 notes take 50 ms at 9600 baud."""
+"""Number of commands that wait for the line at which notes are refused. 20 notes take 50 ms at 9600 baud."""
 GRIPPER_OUTPUTS = 0x0F
 """The digital outputs that drive a gripper on the user I/O port: paddles and lift, each with its direction (protocol
 sheet 6.4). They are left alone on every robot with a gripper, for firmware does not tell for sure where it is.

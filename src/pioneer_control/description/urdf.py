@@ -16,7 +16,7 @@ WHEEL_GAP, DECK_INSET = 0.005, 0.015
 """Distances (m), by eye: between hull and wheel; from the outside of a wheel to the edge of the deck above it."""
 BUMPER_DEPTH, BUMPER_HEIGHT = 0.02, 0.05
 RING_INSET, CORE_INSET = 0.004, 0.04
-"""Distances (m), by eye: so far the discs stand out of their ring, and hull and deck out of what joins them."""
+"""Distances (m), by eye: how far the discs stand out of their ring, and hull and deck out of what joins them."""
 DISC_RADIUS, DISC_LENGTH = 0.018, 0.008
 COLUMN_WIDTH = 0.2          # m, of a tower
 

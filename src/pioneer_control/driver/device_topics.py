@@ -41,7 +41,7 @@ class DeviceTopics(Protocol):
         """Return the finding of the device for the diagnostics."""
 
     def end(self, timeout: float) -> None:
-        """Bring a device on a line of its own to rest, for so long (s) at most, and close its line."""
+        """Bring a device on a line of its own to rest, within ``timeout`` s, and close its line."""
 
 
 def device_topics(parameters: DriverParameters, locks: Callable[[], Tuple[str, ...]]) -> Dict[str, DeviceTopics]:

@@ -83,7 +83,7 @@ class PtzTopics:
         return self._session.settings.power_off_at_end
 
     def end(self, timeout: float) -> None:
-        """Bring a camera on a line of its own to rest, for so long (s) at most, and close its line."""
+        """Bring a camera on a line of its own to rest, within ``timeout`` s, and close its line."""
         if self.line is not None:
             self.line.end(timeout)
             self.line.close()

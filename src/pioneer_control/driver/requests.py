@@ -32,10 +32,10 @@ QUEUE = 10
 VELOCITY_QUEUE = 3
 """The queue size of the velocity topics. When more velocities come at once, only the newest are used."""
 AT_ONCE = 0.005
-"""Seconds. Velocities of a program that follow each other faster than this came in one piece, from a network that had
-held them up."""
+"""Time (s). Velocities of a program that follow each other faster came in one piece, from a network that had held them
+up."""
 SETTLES = 0.25
-"""If some come like that within this time (s) after a silence, all count as a stop that come within it."""
+"""Time (s) after a silence. If velocities come in one piece in it, all that come in it count as a stop."""
 CONFIRM_TIMEOUT = 2.0
 """The time (s) that the robot has to confirm that its motors or its sonar are on or off."""
 TWIST = ("linear.x", "linear.y", "linear.z", "angular.x", "angular.y", "angular.z")

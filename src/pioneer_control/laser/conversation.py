@@ -31,9 +31,9 @@ class Ask(NamedTuple):
     Attributes:
         request: the request.
         wanted: the classes.
-        seconds: so long to wait for it.
-        tries: so often to send the request, if need be.
-        heard: so long to wait (s) from the moment at which the laser says that it heard the request, if that is longer.
+        seconds: how long to wait for the reply (s).
+        tries: how often the request is sent at most.
+        heard: how long to wait (s) after the laser has said that it heard the request, if that ends later.
     """
 
     request: Any
@@ -139,7 +139,7 @@ def asking(info: LaserInfo) -> Conversation:
 
 
 def closing(found_baud: int, baud: int, has_speed: bool) -> Conversation:
-    """Stop the stream, and give the line the speed back that it had. Nothing is wrong when the laser is gone.
+    """Stop the stream, and give the laser its old speed back. A laser that is gone is no error.
 
     Args:
         found_baud: the speed that it had.

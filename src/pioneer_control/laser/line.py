@@ -29,7 +29,7 @@ CLOSING = 3.0
 """Longest time (s) that the laser gets at the end, to be told to stop and to take its old speed. Mostly it takes 0.2 s,
 and 3 s are the longest time that the laser sheet (1.2) gives for one answer."""
 MUCH, MOST = 2048, 1 << 20
-"""Bytes: so many in one read are of more than one scan. More than the second number are not read together."""
+"""Numbers of bytes. `MUCH` bytes in one read are of more than one scan; about `MOST` are read together at most."""
 FAST = 100000
 """Line speed (baud) above which bytes must be sent with pauses."""
 BYTE_PAUSE = 60e-6

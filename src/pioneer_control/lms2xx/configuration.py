@@ -96,8 +96,8 @@ class MeasuringMode(NamedTuple):
     """What the bits of a value are.
 
     Attributes:
-        distance_bits: so many of the lowest bits are the distance.
-        reflector_bits: so many of the highest are the level of a reflector, 0: none. The others tell of fields.
+        distance_bits: how many of the lowest bits are the distance.
+        reflector_bits: how many of the highest bits are the level of a reflector; 0: none. All others tell of fields.
         is_strength: the value is the strength of the echo, not a distance.
         meaning: in words.
     """

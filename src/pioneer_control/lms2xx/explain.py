@@ -19,7 +19,7 @@ from .telegrams import (ANSWERED, LONGEST, OVERHEAD, PARTIAL_TIMEOUT, STX, Answe
                         severity)
 
 SHOWN = 8
-"""So many values of a scan are shown."""
+"""How many values of a scan are shown."""
 UNITS = {Unit.CENTIMETRES: "cm", Unit.MILLIMETRES: "mm", Unit.TEN_CENTIMETRES: "10 cm"}
 
 

@@ -135,7 +135,7 @@ def crc(data: bytes) -> int:
     A register is 0 at first. Each byte shifts it by one bit: it is none of the usual CRCs of 16 bits, which shift by
     eight. 8005 (hex) is added when a 1 leaves the register. Then the previous byte and this one are added, as a high
     and a low byte. To add is to XOR, so the CRC is the XOR of what each bit adds for itself, which is in a table.
-    Without it the CRC were most of what a scan costs.
+    Without the table, the CRC would be most of what a scan costs.
     """
     bits = np.unpackbits(np.frombuffer(data, np.uint8))
     return int(np.bitwise_xor.reduce(_SHARES[len(_SHARES) - len(bits):] * bits))

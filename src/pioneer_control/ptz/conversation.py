@@ -32,7 +32,7 @@ class Say(NamedTuple):
 
     Attributes:
         name, values: the command.
-        settles: so long (s) to wait instead, if the camera never answers.
+        settles: how long to wait instead (s) if the camera never answers.
     """
 
     name: str
@@ -41,7 +41,7 @@ class Say(NamedTuple):
 
 
 class Hold(NamedTuple):
-    """Wait, but not longer than until there is a wish if `is_idle`."""
+    """Wait. If `is_idle`, a wish ends it."""
 
     seconds: float
     is_idle: bool = False

@@ -22,7 +22,7 @@ ANSWERS_WITHIN = 1.0
 TRIES = 3
 """How often a command is sent that is not answered."""
 FIRST_TRIES = 4
-"""The same of the first one. No answer to it for so many seconds means that this camera never answers (sheet 1)."""
+"""How often the first command is sent. If the camera answers none of these, it never answers (sheet 1)."""
 AGAIN = 5.0
 """Time (s) from a failure to the next start."""
 

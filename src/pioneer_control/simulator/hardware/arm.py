@@ -18,7 +18,7 @@ TICK_LINE_US = 2000
 INIT_US, CHECK_US = 700000, 200000
 """How long a reset takes, and a check (microseconds). Meanwhile the server obeys no command of the arm. Sheet 14."""
 GRIPPER_OPEN = 10
-"""A gripper that is closed by no more than so many ticks from its home counts as open. Our choice."""
+"""A gripper no farther from its home than this (ticks) counts as open. Our choice."""
 SPEEDS = range(1, 128)
 """Legal speeds: ms per tick. Sheet 14."""
 

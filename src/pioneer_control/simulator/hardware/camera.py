@@ -252,7 +252,7 @@ class SimulatedCamera:
             self.put(self._sent.popleft()[1])
 
     def _send(self, answer: bytes, heard: int) -> None:
-        """Send an answer after its time, to a command of so many bytes."""
+        """Send an answer after its time. ``heard``: number of bytes of the command."""
         numbers, faults = self.numbers, self.faults
         if not self.answers or faults.silent:
             return

@@ -43,7 +43,7 @@ class CameraPorts(NamedTuple):
         return SimulatedCamera(self.kind, self.cabling == "two_way")
 
     def line_of(self, number: int, robots: int) -> ServedLine:
-        """Open the line of the camera of robot `number` (from 0) of so many. Raises PortError if it does not open."""
+        """Open the line of the camera of robot `number` (from 0) of `robots`. Raises PortError if it does not open."""
         if self.pty is not None:
             return PtyLine(self.pty if robots == 1 else "%s%d" % (self.pty, number + 1), CAMERA_BAUD)
         host, port = host_and_port(0 if self.tcp is None else self.tcp)

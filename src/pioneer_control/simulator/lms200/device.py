@@ -15,7 +15,7 @@ from .raw_values import raw_values
 from .ray_plans import RayPlan, complete_scan, partial_scan, quarter_of_turn
 
 TURNS, TURNS_US = 3, 40000
-"""So many turns of the mirror take so many microseconds: 75 turns a second, in whole numbers."""
+"""Turns of the mirror, and the microseconds that they take: 75 turns a second, in whole numbers."""
 FIRST_BAUD = 9600
 """Speed (baud) after power-on, unless the laser is told to keep another one (laser sheet 1.1)."""
 FIRST_VARIANT = Variant(180, 50)

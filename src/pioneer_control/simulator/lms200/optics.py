@@ -39,7 +39,7 @@ PERFECT = replace(TYPICAL, bias=0.0, noise=0.0, spot=0.0, spot_growth=0.0, rays=
 """A laser without errors: each ray is a line, and sees everything up to 80 m. Only the unit of a telegram rounds."""
 
 MOST_LEGS = 6
-"""So often a ray goes through glass, or is reflected, at most. Then it is lost."""
+"""How often a ray goes through glass, or is reflected, before it is lost."""
 KNOT = 0.007
 """Longest time (s) between two poses of the laser that are asked for: half a turn of its mirror."""
 LEAVE = 1e-6
