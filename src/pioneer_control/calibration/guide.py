@@ -52,7 +52,7 @@ class Guide:
 
     def __init__(self, legs: Sequence[Leg], factors: Factors) -> None:
         self._legs, self._factors = list(legs), factors
-        self._x = self._y = self._heading = 0.0         # corrected, from the begin of the run
+        self._x = self._y = self._heading = 0.0         # corrected, from the beginning of the run
         self._from = Pose(0.0, 0.0, 0.0)                # where the leg begins, by plan
         self._last: Optional[Pose] = None
         self._moved_at = -math.inf

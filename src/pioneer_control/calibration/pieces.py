@@ -16,8 +16,8 @@ REST = 5.0
 STILL, STILL_TURN = 0.0005, 0.0005
 """A robot that stands moves less (m, rad) from pose to pose."""
 LEAST_LINE, MOST_BEND, STRAIGHT = 1.0, math.radians(40), 0.95
-"""Shortest line (m); how far its heading may turn from that at its begin (rad); and the least share of its way that
-leads ahead: it does not go to and fro."""
+"""Shortest line (m); how far its heading may turn from that at its beginning (rad); and the least share of its way
+that leads ahead: it does not go to and fro."""
 LEAST_TURN, MOST_WAY = 0.8 * 2.0 * math.pi, 0.1
 """Least turn on the spot (rad), and the way (m) that it stays below in each turn."""
 LEAST_SQUARE, OFF_SQUARE = 2.0, math.radians(60)

@@ -1,6 +1,6 @@
 """What odometry measured in a run, and where the robot ends when it is corrected.
 
-Lengths in m, angles in rad; x ahead of the robot at the begin of the run, y to its left, counter-clockwise positive.
+Lengths in m, angles in rad; x ahead of the robot as the run begins, y to its left, counter-clockwise positive.
 """
 
 import math

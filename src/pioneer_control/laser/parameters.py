@@ -58,7 +58,7 @@ class LaserParameters:
     units: str = parameter("", Choice(tuple(UNITS)), "cm measures to 80 m, mm to 8 m; empty: as it does")
     measuring_mode: int = parameter(KEEP, Choice((KEEP, *MODES)), "what the bits of a value are; -1: as it is")
     write: bool = parameter(False, Switch(), "units and measuring_mode may be written to the laser's EEPROM, if they"
-                            " differ; it stands some thousand writes")
+                            " differ; it lasts for a few thousand writes")
     password: str = parameter(PASSWORD.decode("ascii"), Text(), "of the laser, for this: eight characters")
     inverted: Optional[bool] = parameter(None, AutoSwitch(), "the laser hangs upside down; auto: as the model in place"
                                          " says, else not")

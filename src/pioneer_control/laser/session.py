@@ -15,7 +15,7 @@ from .conversation import (Ask, LaserInfo, LaserSpeed, NoLaserError, Pause, SetL
 from .settings import LaserSettings
 
 AFTER_NAK = 0.03        # s: so long a host waits before it sends a request again that came with a wrong CRC (sheet 1.2)
-BACK_OFF = 1.0          # s from the end of one conversation to the begin of the next
+BACK_OFF = 1.0          # s from the end of one conversation to the beginning of the next
 SILENT_SCANS = 5.0      # times the time from one scan to the next: a stream that is silent for longer has ended
 SILENT_AT_LEAST = 1.0   # s
 NOT_OURS = PowerOn, Resetting, VariantSet, ConfigurationWritten
@@ -148,7 +148,7 @@ class LaserSession:
         baud = self._settings.baud if info is None else info.baud
         scans_apart = 0.0 if info is None else info.scan_time
         ends: List[float] = []
-        following = now - time_on_line(self._decoder.held_bytes, baud)      # the begin of what comes next
+        following = now - time_on_line(self._decoder.held_bytes, baud)      # when what comes next began
         for each in reversed(found):
             takes = time_on_line(each.length if isinstance(each, Telegram) else 1, baud)
             is_scan = isinstance(each, Telegram) and MESSAGES.get(each.command) is ScanReply

@@ -27,7 +27,7 @@ class LaserSettings:
         unit: a `Unit`: centimetres (to 80 m) or millimetres (to 8 m).
         measuring_mode: a key of `MEASURING_MODES`.
         writes: whether `unit` and `measuring_mode` may be written to the laser's EEPROM, if they differ from what is
-            there. It stands some thousand writes.
+            there. It lasts for a few thousand writes.
         password: of the laser, for this.
         power_on: time (s) that a laser may take until it is ready, when power comes with the opening of the port.
 

@@ -140,7 +140,6 @@ class AskConfiguration:
 
 @dataclass(frozen=True)
 class WriteConfiguration:
-    """77: write the configuration. Each one wears the EEPROM, which stands some thousand. Use `AskConfiguration` first.
-    """
+    """77: write the configuration. The EEPROM lasts for a few thousand writes: use `AskConfiguration` first."""
 
     configuration: Configuration = wire(ConfigurationField(), "", "34 bytes or fewer")

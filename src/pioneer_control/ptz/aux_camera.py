@@ -18,7 +18,7 @@ from ..vcc4 import SHORTEST_ANSWER, encode_camera_command
 from .session import CameraSession
 
 MOST_REQUESTS = 2
-"""How often bytes are requested for one answer: for its begin, and for its rest."""
+"""How often bytes are requested for one answer: for its first bytes, and for its rest."""
 BAUD_9600 = 0
 """The code of the camera's line speed in the robot's commands."""
 

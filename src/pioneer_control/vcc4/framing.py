@@ -14,8 +14,8 @@
     │   └ number of the camera
     └ begin
 
-There is no checksum, and nothing is escaped. Digits are never FA to FF, nor EF. So a begin that comes in the middle of
-a frame begins a new one, and the rest of the old one was noise.
+There is no checksum, and nothing is escaped. Digits are never FA to FF, nor EF. So a first byte that comes in the
+middle of a frame begins a new one, and the old one was noise.
 """
 
 from typing import List, NamedTuple
@@ -28,7 +28,7 @@ LONGEST_FRAME = 20
 SHORTEST_ANSWER = 6
 """Bytes of an answer without values: of each error, whatever the command, and of each command that asks nothing."""
 NUMBER_DIGITS = 2
-"""Digits of a camera's number, behind the begin."""
+"""Digits of a camera's number, behind the first byte."""
 ERROR_DIGITS = slice(3, 5)
 """Where the digits of the error byte are in an answer."""
 

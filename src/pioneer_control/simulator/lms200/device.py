@@ -62,7 +62,7 @@ class Eeprom:
         configuration: as command 77 wrote it.
         keeps_speed: whether `kept_baud` holds after power-on, as command 66 wrote it.
         kept_baud: speed (baud) at which the laser was told to keep it.
-        writes: number of writes so far. An EEPROM stands some thousand (laser sheet 1.2).
+        writes: number of writes so far. An EEPROM lasts for a few thousand (laser sheet 1.2).
     """
 
     configuration: Configuration = FACTORY
@@ -101,7 +101,7 @@ class Operation:
         return (now_us - self.ready_us) * TURNS // TURNS_US
 
     def turn_end_us(self, number: int) -> int:
-        """Return when a turn ends (microseconds). `number` counts from 1 on; 0 gives the begin of the first turn."""
+        """Return when a turn ends (microseconds). `number` counts from 1 on; 0 gives the start of the first turn."""
         return self.ready_us - -number * TURNS_US // TURNS
 
     def next_turn_us(self, now_us: int) -> int:

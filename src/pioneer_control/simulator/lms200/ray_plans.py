@@ -20,7 +20,7 @@ class RayPlan(NamedTuple):
 
     Attributes:
         angles: direction of each ray (rad, frame of the laser: 0 is straight ahead, positive is left).
-        after: time (s) from the begin of the scan's first turn to the ray.
+        after: time (s) from the beginning of the scan's first turn to the ray.
         turns: number of turns that the scan takes.
     """
 
