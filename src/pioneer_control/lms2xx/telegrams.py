@@ -24,6 +24,7 @@ from typing import Any, List, NamedTuple, Optional, Union
 import numpy as np
 
 from ..errors import EncodingError
+from ..wire_fields import checked_integer
 
 Array = Any     # of numpy
 
@@ -150,8 +151,7 @@ def encode_telegram(telegram: Telegram) -> bytes:
     """
     for value, most, what in ((telegram.command, 0xFF, "command"), (telegram.address, 0x7F, "address"),
                               (telegram.status or 0, 0xFF, "status")):
-        if type(value) is bool or not isinstance(value, int) or not 0 <= value <= most:
-            raise EncodingError("%s %r of a telegram is not an integer in 0..%d" % (what, value, most))
+        checked_integer(value, 0, most, "%s of a telegram" % what)
     is_reply = telegram.command >= ANSWERED
     if is_reply != (telegram.status is not None):
         raise EncodingError("telegram %02X: a reply (80..FF) has a status, and a request (00..7F) has none"

@@ -147,13 +147,13 @@ def test_what_does_not_fit_is_refused_by_name(message, named):
 
 
 @pytest.mark.parametrize("telegram, named", [
-    (lms2xx.Telegram(256), "command 256"),
-    (lms2xx.Telegram(0x20, address=0x80), "address 128"),
-    (lms2xx.Telegram(0xA0, status=256), "status 256"),
+    (lms2xx.Telegram(256), "command of a telegram: 256"),
+    (lms2xx.Telegram(0x20, address=0x80), "address of a telegram: 128"),
+    (lms2xx.Telegram(0xA0, status=256), "status of a telegram: 256"),
     (lms2xx.Telegram(0xA0), "a reply"),
     (lms2xx.Telegram(0x20, status=0x10), "a reply"),
     (lms2xx.Telegram(0x20, b"\0" * 808), "815 bytes"),
-    (lms2xx.Telegram(True), "command True"),
+    (lms2xx.Telegram(True), "command of a telegram: True"),
 ])
 def test_a_telegram_that_does_not_fit_is_refused(telegram, named):
     with pytest.raises(EncodingError, match=named):
