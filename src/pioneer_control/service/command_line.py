@@ -63,9 +63,7 @@ def service_of(options: argparse.Namespace, environ: Mapping[str, str]) -> Servi
         known = os.path.isfile(launch[0])
         launch = (os.path.abspath(launch[0]), *launch[1:]) if known else ("pioneer_control", *launch)
     service = Service(launch, user, setup, options.name, options.hostname, options.ip, options.master)
-    mistake = service.mistake()
-    if mistake is not None:
-        raise UsageError(mistake)
+    service.check()
     return service
 
 
@@ -229,9 +227,7 @@ def main_uninstall(arguments: Optional[Sequence[str]] = None) -> int:
     parser.add_argument("--name", default="pioneer", help="name of the service (default: %(default)s)")
     options = parser.parse_args(given)
     try:
-        mistake = Service(("-",), "root", name=options.name).mistake()
-        if mistake is not None:
-            raise UsageError(mistake)
+        Service(("-",), "root", name=options.name).check()
         require_root(sys.argv[0], given, os.environ)
         uninstall(options.name, InstalledFiles(options.name))
     except (PioneerError, OSError) as error:

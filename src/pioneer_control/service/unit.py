@@ -6,7 +6,7 @@ that drive the robot find the new driver at the old master; a master that ends t
 
 import re
 import shlex
-from typing import Dict, List, NamedTuple, Optional, Tuple
+from typing import Dict, List, NamedTuple, Tuple
 
 from ..errors import UsageError
 
@@ -59,8 +59,8 @@ class Service(NamedTuple):
         """The folder in which programs run: ROS_HOME, and where files without a folder are looked for."""
         return "/var/lib/" + self.name
 
-    def mistake(self) -> Optional[str]:
-        """Return what is not legal in this service, in words. None: nothing."""
+    def check(self) -> None:
+        """Raise UsageError, which names it, if something in this service is not legal."""
         texts = [*self.launch, self.setup, self.user]
         checks = (
             (NAME.fullmatch(self.name), "--name %r: begin with a small letter; then small letters, digits, _ and -, "
@@ -75,7 +75,9 @@ class Service(NamedTuple):
             (MASTER.fullmatch(self.master),
              "--master %r: give http://HOST:PORT, such as %s" % (self.master, LOCAL_MASTER)),
         )
-        return next((words for legal, words in checks if not legal), None)
+        for is_legal, mistake in checks:
+            if not is_legal:
+                raise UsageError(mistake)
 
 
 def _is_address(text: str) -> bool:
@@ -131,9 +133,7 @@ def unit_texts(service: Service) -> Dict[str, str]:
     Raises:
         UsageError: something in the service is not legal. The error names it.
     """
-    mistake = service.mistake()
-    if mistake is not None:
-        raise UsageError(mistake)
+    service.check()
     texts = {UNIT % service.name: _launch_unit(service)}
     if service.master_name:
         texts[UNIT % service.master_name] = _master_unit(service)
