@@ -103,9 +103,9 @@ def test_a_camera_whose_supply_fails_starts_anew(tmp_path):
 
 
 def test_what_makes_no_sense_is_refused(tmp_path):
-    with pytest.raises(ParameterError, match="no camera"):
+    with pytest.raises(ParameterError, match="8103 is given as the port of a camera, but no camera"):
         camera_ports("none", "two_way", 1, 8103, None)
-    with pytest.raises(ParameterError, match="not both"):
+    with pytest.raises(ParameterError, match=r"\(8103\) or its pseudo-terminal \(/tmp/camera\), not both"):
         camera_ports("vcc4", "two_way", 1, 8103, "/tmp/camera")
     assert camera_ports("none", "two_way", 1, None, None) is None
     assert camera_ports("vcc4", "one_way", 2, None, None).camera().answers is False

@@ -63,7 +63,8 @@ def test_what_the_user_says():
 
 
 @pytest.mark.parametrize("given, message", [
-    (("none", 8102, None), "no laser: give laser lms200"), (("none", None, "/tmp/pioneer_laser"), "no laser"),
+    (("none", 8102, None), "no laser: give laser lms200"),
+    (("none", None, "/tmp/pioneer_laser"), "/tmp/pioneer_laser is given"),
     (("line", 8102, None), "no laser: give laser lms200, too, which has a line of its own"),
     (("lms200", 8102, "/tmp/pioneer_laser"), "not both"),
 ])

@@ -105,10 +105,12 @@ def camera_ports(kind: str, cabling: str, aux: int, tcp: Union[int, str, None],
     """
     if kind == "none":
         if tcp is not None or pty is not None:
-            raise ParameterError("a port of a camera is given, but no camera: give camera vcc4, too")
+            raise ParameterError("%s is given as the port of a camera, but no camera: give camera vcc4, too"
+                                 % (pty if tcp is None else tcp))
         return None
     if tcp is not None and pty is not None:
-        raise ParameterError("a camera has one line: give its TCP port or its pseudo-terminal, not both")
+        raise ParameterError("a camera has one line: give its TCP port (%s) or its pseudo-terminal (%s), not both"
+                             % (tcp, pty))
     return CameraPorts(kind, cabling, aux, tcp, pty)
 
 

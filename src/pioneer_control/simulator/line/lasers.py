@@ -189,9 +189,10 @@ def laser_ports(kind: str, tcp: Union[int, str, None], pty: Optional[str]) -> Op
     """
     if kind != OWN_LINE:
         if tcp is not None or pty is not None:
-            raise ParameterError("a port of a laser is given, but no laser: give laser %s, too, which has a line of its"
-                                 " own" % OWN_LINE)
+            raise ParameterError("%s is given as the port of a laser, but no laser: give laser %s, too, which has a"
+                                 " line of its own" % (pty if tcp is None else tcp, OWN_LINE))
         return None
     if tcp is not None and pty is not None:
-        raise ParameterError("a laser has one line: give its TCP port or its pseudo-terminal, not both")
+        raise ParameterError("a laser has one line: give its TCP port (%s) or its pseudo-terminal (%s), not both"
+                             % (tcp, pty))
     return LaserPorts(tcp, pty)
