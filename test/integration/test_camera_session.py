@@ -108,6 +108,20 @@ def test_a_target_after_a_stop_is_not_stopped_by_it():
 
 
 @either
+def test_the_same_target_after_a_stop_is_a_new_one(rig):
+    """Also when the answer to the first one comes after both."""
+    rig = rig().ready()
+    for _ in range(2):
+        rig.session.look(400, 0, rig.now)
+        rig.session.zoom_to(500, rig.now)
+        rig.until(lambda: rig.heard[-1].startswith("b3"))
+        rig.session.stop(rig.now)
+    rig.session.look(400, 0, rig.now)
+    rig.session.zoom_to(500, rig.now)
+    assert rig.rests() == rig.true_place == (400, 0, 500)
+
+
+@either
 def test_a_program_that_repeats_its_target_does_not_stop_the_camera_each_time(rig):
     rig = rig(pan_speed=160).ready()
     before = len(rig.heard)

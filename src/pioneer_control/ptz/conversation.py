@@ -66,6 +66,8 @@ class Reply(NamedTuple):
         return self.kind in (AnswerKind.ACCEPTED, UNHEARD)
 
 
+STOPS = {"ASK_POSITION": Say("STOP"), "ASK_ZOOM": Say("ZOOM_RUN", (0,))}
+"""What stops pan and tilt, and the zoom: each by the question that asks how far it is."""
 Step = Union[Say, Hold]
 Conversation = Generator[Step, Any, None]
 
@@ -134,10 +136,8 @@ def serving(camera: KnownCamera, wishes: Wishes) -> Conversation:
     while not wishes.off:
         if wishes.stop:
             yield from _stop(camera, wishes)
-        elif wishes.turn is not None:
-            yield from _turn(camera, wishes)
-        elif wishes.zoom is not None:
-            yield from _zoom(camera, wishes)
+        elif wishes.moves:
+            yield from _move("ASK_POSITION" if "ASK_POSITION" in wishes.moves else "ASK_ZOOM", camera, wishes)
         elif camera.cabling is Cabling.ONE_WAY:
             yield Hold(math.inf, True)
         elif camera.watched:
@@ -156,65 +156,46 @@ def switching_off(camera: KnownCamera, wishes: Wishes) -> Conversation:
     Raises:
         CameraError: the camera does not obey.
     """
-    wishes.stop, wishes.turn, wishes.zoom = False, ("GO_TO", (0, 0)), 0
-    yield from _turn(camera, wishes)
-    yield from _zoom(camera, wishes)
+    wishes.stop = False
+    wishes.moves.update(ASK_POSITION=("GO_TO", (0, 0)), ASK_ZOOM=("ZOOM_TO", (0,)))
+    for question in STOPS:
+        yield from _move(question, camera, wishes)
     yield from _insist(Say("POWER", (0,)), camera)
     camera.has_power = None if camera.cabling is Cabling.ONE_WAY else False
 
 
 def _stop(camera: KnownCamera, wishes: Wishes) -> Conversation:
     wishes.stop = False
-    yield from _insist(Say("STOP"), camera)
-    yield from _insist(Say("ZOOM_RUN", (0,)), camera)
-    camera.watched.update(ASK_POSITION=None, ASK_ZOOM=None)
+    for stop in STOPS.values():
+        yield from _insist(stop, camera)
+    camera.watched.update(dict.fromkeys(STOPS))
 
 
-def _turn(camera: KnownCamera, wishes: Wishes) -> Conversation:
-    """Turn to where it is wished. While the camera turns it refuses another target: so it is stopped before.
+def _move(question: str, camera: KnownCamera, wishes: Wishes) -> Conversation:
+    """Turn to where it is wished, or zoom. While the camera moves it refuses another target: so it is stopped before.
 
-    Whether a camera that never answers turns is not known: it is always stopped before.
+    Whether a camera that never answers moves is not known: it is always stopped before.
     """
-    back_off = _BackOff()
-    while wishes.turn is not None and not wishes.stop and not wishes.off:
+    back_off, stop = _BackOff(), STOPS[question]
+    while question in wishes.moves and not wishes.stop and not wishes.off:
         if camera.cabling is Cabling.ONE_WAY:
-            yield Say("STOP")
-        if wishes.turn is None:     # a stop came meanwhile
+            yield stop
+        move = wishes.moves.get(question)
+        if move is None:        # a stop came meanwhile
             return
-        turn = wishes.turn
-        say = Say(*turn)
+        say = Say(*move)
         reply = yield say
         if reply.kind == AnswerKind.BUSY:
-            yield from back_off.pause(say, camera, Say("STOP"))
+            yield from back_off.pause(say, camera, stop)
             continue
         if _is_done(say, reply, camera):
-            camera.watched.update(ASK_POSITION=None)
-        if reply.kind == UNHEARD:
-            camera.position = (turn[1][0], turn[1][1]) if turn[1] else (0, 0)
-        if wishes.turn is turn:
-            wishes.turn = None
-
-
-def _zoom(camera: KnownCamera, wishes: Wishes) -> Conversation:
-    """Zoom as it is wished, as `_turn` does it."""
-    back_off = _BackOff()
-    while wishes.zoom is not None and not wishes.stop and not wishes.off:
-        if camera.cabling is Cabling.ONE_WAY:
-            yield Say("ZOOM_RUN", (0,))
-        if wishes.zoom is None:     # a stop came meanwhile
-            return
-        zoom = wishes.zoom
-        say = Say("ZOOM_TO", (zoom,))
-        reply = yield say
-        if reply.kind == AnswerKind.BUSY:
-            yield from back_off.pause(say, camera, Say("ZOOM_RUN", (0,)))
-            continue
-        if _is_done(say, reply, camera):
-            camera.watched.update(ASK_ZOOM=None)
-        if reply.kind == UNHEARD:
-            camera.zoom = zoom
-        if wishes.zoom == zoom:
-            wishes.zoom = None
+            camera.watched[question] = None
+        if reply.kind == UNHEARD and question == "ASK_POSITION":
+            camera.position = (say.values[0], say.values[1]) if say.values else (0, 0)
+        elif reply.kind == UNHEARD:
+            camera.zoom = say.values[0]
+        if wishes.moves.get(question) is move:      # else there is a newer one, perhaps the same after a stop
+            del wishes.moves[question]
 
 
 def _is_done(say: Say, reply: Reply, camera: KnownCamera) -> bool:

@@ -144,35 +144,36 @@ class CameraSession:
         self._check_ready("look")
         limits = self.ranges
         wanted = (max(limits[0][0], min(limits[0][1], pan)), max(limits[1][0], min(limits[1][1], tilt)))
-        under_way = self._wishes.turn is not None or "ASK_POSITION" in self._camera.watched
-        if wanted == self._commanded and (under_way or self._camera.position == self._turned(wanted)):
+        if wanted == self._commanded and (
+                self._is_under_way("ASK_POSITION") or self._camera.position == self._turned(wanted)):
             return      # a program that repeats itself must not stop the camera each time
         self._commanded = wanted
-        self._wishes.turn = ("GO_TO", self._turned(wanted))
+        self._wishes.moves["ASK_POSITION"] = "GO_TO", self._turned(wanted)
         self._wish(now)
 
     def zoom_to(self, zoom: int, now: float) -> None:
         """Go to a zoom step, 0 wide to 1960 tele; beyond to the ends. Raises RefusedError as `look` does."""
         self._check_ready("zoom")
         wanted = max(0, min(ZOOM_MOST, zoom))
-        under_way = self._wishes.zoom is not None or "ASK_ZOOM" in self._camera.watched
-        if wanted == self._zoom_commanded and (under_way or self._camera.zoom == wanted):
+        if wanted == self._zoom_commanded and (self._is_under_way("ASK_ZOOM") or self._camera.zoom == wanted):
             return
-        self._wishes.zoom = self._zoom_commanded = wanted
+        self._zoom_commanded = wanted
+        self._wishes.moves["ASK_ZOOM"] = "ZOOM_TO", (wanted,)
         self._wish(now)
 
     def home(self, now: float) -> None:
         """Go to pan 0, tilt 0 at the camera's own speed. Raises RefusedError as `look` does."""
         self._check_ready("home")
         self._commanded = (0, 0)
-        self._wishes.turn = ("HOME", ())
+        self._wishes.moves["ASK_POSITION"] = "HOME", ()
         self._wish(now)
 
     def stop(self, now: float) -> None:
         """Stop pan, tilt and zoom, and forget where to go. Raises RefusedError as `look` does."""
         self._check_ready("stop")
         self._commanded = self._zoom_commanded = None
-        self._wishes.stop, self._wishes.turn, self._wishes.zoom = True, None, None
+        self._wishes.stop = True
+        self._wishes.moves.clear()
         self._wish(now)
 
     def power(self, on: bool, now: float) -> None:
@@ -272,7 +273,7 @@ class CameraSession:
         """What is known of the camera now."""
         camera = self._camera
         pan, tilt = (None, None) if camera.position is None else self._turned(camera.position)
-        is_wanted = bool(camera.watched) or self._wishes.turn is not None or self._wishes.zoom is not None
+        is_wanted = bool(camera.watched or self._wishes.moves)
         return CameraReport(
             self.phase, camera.cabling, pan, tilt, camera.zoom, camera.position_at,
             is_wanted and self.phase is CameraPhase.READY and camera.cabling is Cabling.TWO_WAY, camera.has_power,
@@ -284,6 +285,9 @@ class CameraSession:
     def _turned(self, angles: Tuple[int, int]) -> Tuple[int, int]:
         """Return pan, tilt of the world for the camera, and the other way round: a camera that hangs negates both."""
         return (-angles[0], -angles[1]) if self.settings.inverted else angles
+
+    def _is_under_way(self, question: str) -> bool:
+        return question in self._wishes.moves or question in self._camera.watched
 
     def _check_ready(self, what: str) -> None:
         if self.phase not in (CameraPhase.READY, CameraPhase.STARTING):

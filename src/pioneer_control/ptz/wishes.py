@@ -5,8 +5,8 @@ from typing import Dict, Optional, Tuple
 
 from .settings import Cabling
 
-Turn = Tuple[str, Tuple[int, ...]]
-"""A command that turns the camera: its name and its values."""
+Move = Tuple[str, Tuple[int, ...]]
+"""A command that turns the camera, or zooms: its name and its values."""
 
 
 @dataclass
@@ -15,14 +15,12 @@ class Wishes:
 
     Attributes:
         stop: stop pan, tilt and zoom. It goes before all others.
-        turn: where to look.
-        zoom: the zoom step.
+        moves: where to look, and the zoom: each by the question that asks how far the camera is.
         off: switch it off.
     """
 
     stop: bool = False
-    turn: Optional[Turn] = None
-    zoom: Optional[int] = None
+    moves: Dict[str, Move] = field(default_factory=dict)
     off: bool = False
 
 
