@@ -163,9 +163,10 @@ class Accessories:
 
     @property
     def may_be_docked(self) -> bool:
-        """Whether a robot with a charger for docks has power now: it is in a dock, or somebody has plugged a charger
-        in."""
-        config, state = self._identity.config, self._robot.state
+        """Whether a robot with a charger for docks has power, as far as it has told: it is in a dock, or somebody has
+        plugged a charger in. This needs no link, and raises nothing."""
+        identity, state = self._robot.identity, self._robot.state
+        config = None if identity is None else identity.config
         return config is not None and bool(config.charger) and state is not None and has_power(state)
 
     @property

@@ -13,6 +13,7 @@ from std_msgs.msg import Bool
 from test_driver_requests import ask
 
 from pioneer_control.driver import conversions
+from pioneer_control.errors import LinkLostError
 from pioneer_control.msg import MotorState, Sounds
 from pioneer_control.p2os import Joystick
 from pioneer_control.robots import find_model
@@ -354,6 +355,24 @@ def test_a_driver_that_finds_its_robot_with_power_of_a_dock_says_what_to_do(run,
 
     bottle = run(script, firmware=firmware)
     assert bottle.warned.count("if it stands in a dock, let it go before it drives: rosservice call /undock") == warns
+
+
+def test_a_link_that_is_lost_before_the_driver_hears_of_it_does_not_end_the_driver(run):
+    """While listeners are called, another thread has the line."""
+    def lose_the_first_link(bottle):
+        def at_publish(topic):
+            if topic == "robot_info" and len(bottle.opened) == 1:
+                bottle.line.lost = True
+                bottle.robot._link.connection.give_up(LinkLostError("the cable is pulled"))
+
+        bottle.at_publish = at_publish
+
+    def script(bottle):
+        yield 5.0
+        bottle.is_ready = bottle.robot.ready
+
+    bottle = run(script, firmware=in_world_with_dock(), before=lose_the_first_link)
+    assert bottle.exit_code == 0 and bottle.is_ready and len(bottle.opened) == 2
 
 
 @pytest.mark.parametrize("service", ["dock", "undock"])
