@@ -6,7 +6,7 @@ Positions are rad, with the signs of `arm.kinematics`; of the gripper m.
 
 import contextlib
 from time import monotonic
-from typing import Any, Callable, Iterator, List, Optional, Tuple
+from typing import Callable, Iterator, List, Optional, Tuple
 
 import rospy
 from sensor_msgs.msg import JointState
@@ -96,8 +96,7 @@ class ArmTopics:
         message = state_message(self.session)
         if message != self._told:
             self._told = message
-            self._state.publish(Arm(Header(stamp=rospy.Time.now()), *(
-                getattr(message, name) for name in Arm.__slots__[1:])))
+            self._state.publish(state_message(self.session, rospy.Time.now()))
 
     def state(self, state: RobotState) -> None:
         """Take a state of the robot: while its STOP button is pressed, the arm stands."""
@@ -172,16 +171,15 @@ class ArmTopics:
             self.stop()
 
 
-def state_message(session: ArmSession) -> Arm:
-    """Return the message that shows the state of an arm, without a stamp."""
-    arm = session.phase
+def state_message(session: ArmSession, stamp: rospy.Time = rospy.Time()) -> Arm:
+    """Return the message that shows the state of an arm."""
+    arm, header = session.phase, Header(stamp=stamp)
     if not isinstance(arm, Fitted):
-        return Arm(condition=arm.condition, text=arm.text)
-    joints = list(arm.joints.values())
-    columns: List[List[Any]] = [[joint.name, joint.lower, joint.upper, joint.speed(joint.fastest_ms)]
-                                for joint in joints]
-    return Arm(Header(), arm.condition, arm.text, arm.status.powered, any(arm.status.moving), arm.version,
-               arm.reader.layout or "", *([row[column] for row in columns] for column in range(4)))
+        return Arm(header=header, condition=arm.condition, text=arm.text)
+    joints = arm.joints.values()
+    return Arm(header, arm.condition, arm.text, arm.status.powered, any(arm.status.moving), arm.version,
+               arm.reader.layout or "", [joint.name for joint in joints], [joint.lower for joint in joints],
+               [joint.upper for joint in joints], [joint.speed(joint.fastest_ms) for joint in joints])
 
 
 ARM_TOPICS = (

@@ -58,7 +58,6 @@ class PtzTopics:
         port = aux_port_of(parameters.ptz_port)
         self.line_devices: List[LineDevice] = [] if port is None else [AuxCamera(self._session, port)]
         self.line = CameraLine(parameters.ptz_port, self._session, self.changed) if port is None else None
-        self._using: Any = None if self.line is None else self.line.using
         self._report = CameraReport()
         self._told = ""
         prefix = parameters.frame_prefix
@@ -71,9 +70,8 @@ class PtzTopics:
 
     def start(self, devices: LineDevices, requests: Requests) -> None:
         """Begin: see `DeviceTopics.start`."""
-        if self.line is None:
-            self._using = devices.using
-        else:
+        self._using = devices.using if self.line is None else self.line.using
+        if self.line is not None:
             self.line.start()
         requests.offer(self, PTZ_TOPICS, PTZ_SERVICES, self._halt)
 

@@ -1,6 +1,6 @@
 """A camera on a port of the computer: opens it, and carries bytes and time between it and the session.
 
-It has the methods of `client.line_devices.LineDevices`, so whoever commands a camera need not know where it is.
+It has the method `using` of `client.line_devices.LineDevices`, so whoever commands a camera need not know where it is.
 
 >>> line = CameraLine("/dev/ttyS0", CameraSession(CameraSettings()), changed=lambda: None)
 >>> line.start()
