@@ -122,6 +122,18 @@ def test_the_same_target_after_a_stop_is_a_new_one(rig):
 
 
 @either
+def test_home_after_a_stop_is_a_new_wish(rig):
+    rig = rig().ready()
+    rig.session.look(400, 0, rig.now)
+    rig.until(lambda: rig.camera.pan.position > 100)
+    rig.session.home(rig.now)
+    rig.until(lambda: rig.heard[-1].startswith("57"))
+    rig.session.stop(rig.now)
+    rig.session.home(rig.now)
+    assert rig.rests()[:2] == rig.true_place[:2] == (0, 0)
+
+
+@either
 def test_a_program_that_repeats_its_target_does_not_stop_the_camera_each_time(rig):
     rig = rig(pan_speed=160).ready()
     before = len(rig.heard)

@@ -1,12 +1,16 @@
 """What a program wants of a camera now, and what is known of the camera: two notes that the conversation looks at."""
 
 from dataclasses import dataclass, field
-from typing import Dict, Optional, Tuple
+from typing import Dict, NamedTuple, Optional, Tuple
 
 from .settings import Cabling
 
-Move = Tuple[str, Tuple[int, ...]]
-"""A command that turns the camera, or zooms: its name and its values."""
+
+class Move(NamedTuple):
+    """A command that turns the camera, or zooms. Each wish is an object of its own: it may equal the one before."""
+
+    name: str
+    values: Tuple[int, ...] = ()
 
 
 @dataclass
