@@ -11,7 +11,7 @@ from typing import Any, Generator, NamedTuple, Tuple, Union
 from ..errors import LinkError
 from ..vcc4 import AnswerKind, CameraStatus
 from .settings import Cabling, CameraSettings
-from .wishes import KnownCamera, Move, Wishes
+from .wishes import KnownCamera, CameraMove, Wishes
 
 SETTLE = 0.3            # s that a camera which never answers gets after each command (sheet 1)
 POWER_SETTLES = 4.5     # s after power on
@@ -157,7 +157,7 @@ def switching_off(camera: KnownCamera, wishes: Wishes) -> Conversation:
         CameraError: the camera does not obey.
     """
     wishes.stop = False
-    wishes.moves.update(ASK_POSITION=Move("GO_TO", (0, 0)), ASK_ZOOM=Move("ZOOM_TO", (0,)))
+    wishes.moves.update(ASK_POSITION=CameraMove("GO_TO", (0, 0)), ASK_ZOOM=CameraMove("ZOOM_TO", (0,)))
     for question in STOPS:
         yield from _move(question, camera, wishes)
     yield from _insist(Say("POWER", (0,)), camera)

@@ -15,7 +15,7 @@ from ..vcc4.framing import ERROR_DIGITS
 from .conversation import (SILENCE, UNHEARD, CameraError, Conversation, Reply, Say, Step, serving, starting,
                            switching_off)
 from .settings import Cabling, CameraSettings
-from .wishes import KnownCamera, Move, Wishes
+from .wishes import KnownCamera, CameraMove, Wishes
 
 ANSWERS_WITHIN = 1.0
 """Time (s) for an answer: the camera promises it in 0.3 s, and the robot passes it on with one of its next packets."""
@@ -148,7 +148,7 @@ class CameraSession:
                 self._is_under_way("ASK_POSITION") or self._camera.position == self._turned(wanted)):
             return      # a program that repeats itself must not stop the camera each time
         self._commanded = wanted
-        self._wishes.moves["ASK_POSITION"] = Move("GO_TO", self._turned(wanted))
+        self._wishes.moves["ASK_POSITION"] = CameraMove("GO_TO", self._turned(wanted))
         self._wish(now)
 
     def zoom_to(self, zoom: int, now: float) -> None:
@@ -158,14 +158,14 @@ class CameraSession:
         if wanted == self._zoom_commanded and (self._is_under_way("ASK_ZOOM") or self._camera.zoom == wanted):
             return
         self._zoom_commanded = wanted
-        self._wishes.moves["ASK_ZOOM"] = Move("ZOOM_TO", (wanted,))
+        self._wishes.moves["ASK_ZOOM"] = CameraMove("ZOOM_TO", (wanted,))
         self._wish(now)
 
     def home(self, now: float) -> None:
         """Go to pan 0, tilt 0 at the camera's own speed. Raises RefusedError as `look` does."""
         self._check_ready("home")
         self._commanded = (0, 0)
-        self._wishes.moves["ASK_POSITION"] = Move("HOME")
+        self._wishes.moves["ASK_POSITION"] = CameraMove("HOME")
         self._wish(now)
 
     def stop(self, now: float) -> None:

@@ -6,7 +6,7 @@ from typing import Dict, NamedTuple, Optional, Tuple
 from .settings import Cabling
 
 
-class Move(NamedTuple):
+class CameraMove(NamedTuple):
     """A command that turns the camera, or zooms. Each wish is an object of its own: it may equal the one before."""
 
     name: str
@@ -24,7 +24,7 @@ class Wishes:
     """
 
     stop: bool = False
-    moves: Dict[str, Move] = field(default_factory=dict)
+    moves: Dict[str, CameraMove] = field(default_factory=dict)
     off: bool = False
 
 
