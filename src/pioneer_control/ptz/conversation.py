@@ -11,7 +11,7 @@ from typing import Any, Generator, NamedTuple, Tuple, Union
 from ..errors import LinkError
 from ..vcc4 import AnswerKind, CameraStatus
 from .settings import Cabling, CameraSettings
-from .wishes import KnownCamera, CameraMove, Wishes
+from .wishes import CameraMove, KnownCamera, Wishes
 
 SETTLE = 0.3            # s that a camera which never answers gets after each command (sheet 1)
 POWER_SETTLES = 4.5     # s after power on

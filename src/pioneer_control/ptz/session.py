@@ -15,7 +15,7 @@ from ..vcc4.framing import ERROR_DIGITS
 from .conversation import (SILENCE, UNHEARD, CameraError, Conversation, Reply, Say, Step, serving, starting,
                            switching_off)
 from .settings import Cabling, CameraSettings
-from .wishes import KnownCamera, CameraMove, Wishes
+from .wishes import CameraMove, KnownCamera, Wishes
 
 ANSWERS_WITHIN = 1.0
 """Time (s) for an answer: the camera promises it in 0.3 s, and the robot passes it on with one of its next packets."""
