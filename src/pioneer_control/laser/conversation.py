@@ -158,14 +158,16 @@ def _find(settings: LaserSettings, has_speed: bool) -> Generator[Step, Any, Opti
 
     At first each speed is tried for a moment: a laser that is ready says at once that it heard something. A laser that
     sends scans at the right speed is found, too, though it misses requests. A laser whose power comes with the opening
-    of the port is silent until it is ready.
+    of the port is silent until it is ready. Later each speed is tried for longer: a laser that heard the request may
+    take all of `MODE_WITHIN` to answer.
     """
     speeds: List[Optional[int]] = [None]
     if has_speed:
         speeds = [settings.baud, *(baud for baud in SPEEDS if baud != settings.baud)]
     rounds = max(1, round(settings.power_on / (2.0 * ANSWERS_WITHIN * len(speeds))))
     stop, found = SetMode(Mode.ON_REQUEST, b""), (ModeSet, ScanReply, PowerOn)
-    for ask in (Ask(stop, found, HEARD_WITHIN, 2, ANSWERS_WITHIN), *[Ask(stop, found, tries=2)] * rounds):
+    quick, patient = Ask(stop, found, HEARD_WITHIN, 2, ANSWERS_WITHIN), Ask(stop, found, tries=2, heard=MODE_WITHIN)
+    for ask in (quick, *[patient] * rounds):
         for baud in speeds:
             if baud is not None:
                 yield SetLineSpeed(baud)
@@ -212,13 +214,25 @@ def _set_variant(settings: LaserSettings, present: Variant) -> Generator[Step, A
     """Have the laser look as wide and as fine as it was asked; return how it does then, and a remark if it refused.
 
     It forgets this when it is switched off, so this is no matter of its EEPROM.
+
+    Raises:
+        NoLaserError: it says that it looks in a way in which none can. One client sends a step of 0 (laser sheet 1.9),
+            and nobody knows what a laser makes of it.
     """
     wanted = Variant(settings.angle_deg or present.angle_deg, settings.step_hundredths or present.step_hundredths)
-    if wanted == present:
-        return present, []
-    reply = yield from _need(SetVariant(*wanted), VariantSet)
-    now = Variant(reply.angle_deg, reply.step_hundredths)
-    if reply.accepted and now == wanted:
+    now, accepted = present, True
+    if wanted != present:
+        reply = yield Ask(SetVariant(*wanted), (VariantSet, NotPossible))
+        if reply is None:
+            raise NoLaserError("the laser does not answer SetVariant")
+        accepted = isinstance(reply, VariantSet) and bool(reply.accepted)
+        if isinstance(reply, VariantSet):
+            now = Variant(reply.angle_deg, reply.step_hundredths)
+    if not now.is_possible:
+        raise NoLaserError("the laser says that it looks %d degrees wide in steps of %.2f, which none can: give angle"
+                           " and resolution, or take its power away for a moment" % (
+                               now.angle_deg, now.step_hundredths / 100.0))
+    if accepted and now == wanted:
         return now, []
     return now, ["it looks %d degrees wide in steps of %.2f: it refuses %d and %.2f" % (
         now.angle_deg, now.step_hundredths / 100.0, wanted.angle_deg, wanted.step_hundredths / 100.0)]
@@ -282,7 +296,7 @@ def _change_speed(baud: int) -> Conversation:
     yield LaserSpeed(baud)
     yield Pause(AFTER_NEW_SPEED)
     yield SetLineSpeed(baud)
-    if (yield Ask(SetMode(Mode.ON_REQUEST, b""), (ModeSet,))) is None:
+    if (yield Ask(SetMode(Mode.ON_REQUEST, b""), (ModeSet,), heard=MODE_WITHIN)) is None:
         raise NoLaserError("the laser took %d baud, but does not answer there: this line may not carry it"
                            " (500000 needs RS-422)" % baud)
 

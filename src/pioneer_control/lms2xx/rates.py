@@ -10,6 +10,8 @@ import math
 from functools import lru_cache
 from typing import NamedTuple, Tuple
 
+from .scans import MOST_VALUES
+
 TURN_S = 1.0 / 75.0
 """Time of one turn of the mirror."""
 RAY_S = TURN_S / 360.0
@@ -30,6 +32,11 @@ class Variant(NamedTuple):
 
     angle_deg: int
     step_hundredths: int
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether a laser can look so, also one of a type that is not in `VARIANTS`."""
+        return 0 < self.angle_deg <= 180 and self.step_hundredths in (25, 50, 100) and self.values <= MOST_VALUES
 
     @property
     def values(self) -> int:

@@ -219,6 +219,33 @@ def test_a_laser_that_heard_the_request_gets_its_time_to_answer():
     assert bench.until(Measuring).info.found_baud == 38400
 
 
+@pytest.mark.parametrize("baud", sorted(lms2xx.SPEEDS))
+def test_a_laser_that_takes_almost_3_s_for_each_change_of_its_mode_is_found(baud):
+    """So long it may take. It hears nothing meanwhile, and says at once that it heard the request."""
+    bench = Bench(ScriptedLaser(baud), baud=38400)
+    hear, late = bench.laser.hear, []
+
+    def hear_slowly(data, baud):
+        if late:
+            return b""
+        answer = hear(data, baud)
+        if b"\x02\x80\x03\x00\xa0" in answer:
+            late.append((bench.now + 2.9, baud, answer[1:]))
+        return answer[:1] if late else answer
+
+    bench.laser.hear = hear_slowly
+    while not any(isinstance(event, Measuring) for event in bench.events):
+        assert bench.now < 140.0, bench.events
+        if late and late[0][0] <= bench.session.due:
+            bench.now, sent_at, answer = late.pop()
+            if bench.port_baud == sent_at:
+                bench.events += bench.session.receive(answer, bench.now)
+                bench.carry()
+        else:
+            bench.step()
+    assert bench.until(Measuring).info.found_baud == baud
+
+
 @pytest.mark.parametrize("message", [
     lms2xx.PowerOn(b"LMS200;301063;V02.10 "), lms2xx.Resetting(), lms2xx.VariantSet(1, 100, 100),
     lms2xx.ConfigurationWritten(1, lms2xx.FACTORY.changed(measuring_mode=5))])
@@ -352,6 +379,36 @@ def test_a_step_that_does_not_go_with_the_angle_of_the_laser_is_told():
     info = Bench(step_hundredths=25).until(Measuring).info
     assert info.variant == (180, 50)
     assert info.remarks == ("it looks 180 degrees wide in steps of 0.50: it refuses 180 and 0.25",)
+
+
+def test_a_laser_that_answers_92_to_another_angle_measures_as_it_does():
+    bench = Bench(angle_deg=100)
+    bench.laser.refuses = ("SetVariant",)
+    info = bench.until(Measuring).info
+    assert info.variant == (180, 50)
+    assert info.remarks == ("it looks 180 degrees wide in steps of 0.50: it refuses 100 and 0.50",)
+
+
+def test_a_laser_that_does_not_answer_when_it_is_told_another_angle():
+    bench = Bench(angle_deg=100)
+    bench.laser.silent_on = ("SetVariant",)
+    assert bench.until(LaserLost).reason == "the laser does not answer SetVariant"
+
+
+@pytest.mark.parametrize("variant", [(180, 0), (180, 33), (0, 50), (180, 25), (65535, 65535)])
+def test_a_variant_in_which_no_laser_looks_is_told_until_another_one_is_given(variant):
+    bench = Bench()
+    bench.laser.variant = variant
+    assert "degrees wide in steps of %.2f, which none can" % (variant[1] / 100.0) in bench.until(LaserLost).reason
+    bench = Bench(angle_deg=180, step_hundredths=100)
+    bench.laser.variant = variant
+    assert bench.until(Measuring).info.variant == (180, 100)
+
+
+def test_a_type_that_looks_90_degrees_wide_is_as_good_as_any():
+    bench = Bench()
+    bench.laser.variant = 90, 50
+    assert bench.until(Measuring).info.variant == (90, 50)
 
 
 def test_nothing_is_written_unasked():
