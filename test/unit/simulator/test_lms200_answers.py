@@ -254,6 +254,17 @@ def test_a_wrong_crc_gets_nak_alone():
     assert LaserBench().ask_bytes(STOP[:-2] + "35") == b"\x15"
 
 
+@pytest.mark.parametrize("baud", [9600, None])
+@pytest.mark.parametrize("example", REQUESTS, ids=lambda example: example["bytes"][:23])
+def test_a_request_that_is_sent_again_after_nak_is_heard(example, baud):
+    """The sheet lets a client send again after 30 ms. 30 01 has the begin of a telegram of 310 bytes inside."""
+    bench, request = LaserBench(), wire(example["bytes"])
+    bench.send(request[:-1] + bytes((request[-1] ^ 1,)), baud).wait(0.03)
+    assert bench.raw == b"\x15"
+    assert bench.take() == [Answer.NAK]
+    assert bench.send(request, baud).wait(1.0).take()[0] is Answer.ACK
+
+
 @pytest.mark.parametrize("row", [each for each in DATA["rejected"] if each["bytes"].startswith("02 00")],
                          ids=lambda row: row["why"])
 def test_misprints_get_nak_alone(row):

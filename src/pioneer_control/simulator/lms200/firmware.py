@@ -143,7 +143,8 @@ class LaserFirmware:
             self._hear(bytes((byte,)))
 
     def _hear(self, byte: bytes) -> None:
-        """Receive one byte. A telegram with a wrong CRC gets NAK. Its address may be what is wrong, so it counts not.
+        """Receive one byte. A telegram with a wrong CRC gets NAK, and is forgotten whole: what looks like the begin of
+        another one inside it must not swallow the next request. Its address may be what is wrong, so it counts not.
         """
         wrong = self._decoder.counts.wrong_crcs
         found = self._decoder.feed(byte)
@@ -151,6 +152,7 @@ class LaserFirmware:
             if isinstance(telegram, Telegram) and telegram.address in (0, self.device.address):
                 self._accept(telegram)
         if not found and self._decoder.counts.wrong_crcs > wrong:
+            self._decoder = TelegramDecoder(from_laser=False)
             self._stop_stream()
             self._output.put(bytes((Answer.NAK.value,)), self.baud, self.clock.now_us)
 
