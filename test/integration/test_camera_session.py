@@ -8,6 +8,7 @@ from camera_rig import ONE_WAY, RIGS, AuxRig, DirectRig
 
 from pioneer_control.errors import RefusedError
 from pioneer_control.ptz import Cabling, CameraPhase
+from pioneer_control.vcc4 import CAMERA_MODELS, AnswerKind, encode_error
 
 START = ["90 30", "86 30", "58 30", "53 30", "50 33 32 30", "51 32 36 35", "64 31 37 45 46 35 38 33 30 45"]
 either = pytest.mark.parametrize("rig", RIGS, ids=lambda rig: rig.__name__)
@@ -178,6 +179,30 @@ def test_relative_targets_count_from_the_last_target_or_from_where_it_looks():
     rig.session.stop(rig.now)
     rig.rests()
     assert rig.session.target == rig.true_place
+
+
+def test_a_camera_with_another_range_of_tilt_turns_within_it():
+    """A VC-C50i that hangs has -800 to 89, and refuses the usual range."""
+    rig = DirectRig(kind="vcc50i")
+    rig.camera._model = CAMERA_MODELS["vcc50i"]._replace(tilt_mechanics=(-800, 89), tilt_at_power_on=(-800, 89))
+    rig.camera.restart()
+    rig.ready()
+    assert rig.session.report.last_error == "TILT_RANGE -267 782: out of its range"
+    rig.session.look(100, 50, rig.now)
+    assert rig.rests()[:2] == rig.true_place[:2] == (100, 50)
+    rig.session.look(100, 500, rig.now)
+    assert rig.rests()[:2] == (100, 50) and rig.session.report.last_error == "GO_TO 100 500: out of its range"
+
+
+def test_a_camera_that_refuses_the_speeds_has_its_own():
+    rig = DirectRig()
+    answer = rig.camera._answer
+    rig.camera._answer = lambda order: (encode_error(AnswerKind.UNKNOWN_COMMAND) if order.number in (0x50, 0x51)
+                                        else answer(order))
+    rig.ready()
+    assert rig.session.report.last_error == "TILT_SPEED 613: it does not know this command"
+    rig.session.look(100, 50, rig.now)
+    assert rig.rests()[:2] == (100, 50)
 
 
 def test_upside_down_pan_and_tilt_are_the_other_way_round():

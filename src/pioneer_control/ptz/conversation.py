@@ -6,7 +6,7 @@ its command. `session` carries the steps out. (Camera sheet 5, 6.)
 
 import math
 from itertools import cycle
-from typing import Any, Generator, NamedTuple, Tuple, Union
+from typing import Any, Collection, Generator, NamedTuple, Tuple, Union
 
 from ..errors import LinkError
 from ..vcc4 import AnswerKind, CameraStatus
@@ -80,6 +80,10 @@ REASONS = {
 }
 
 
+NOT_NEEDED = (AnswerKind.WRONG_VALUE, AnswerKind.UNKNOWN_COMMAND)
+"""How a camera may refuse what it can do without: a VC-C50i that hangs has another range of tilt (sheet 4)."""
+
+
 class CameraError(LinkError):
     """The camera does not do what it must, so it is started anew after a while. The error message says why."""
 
@@ -93,7 +97,8 @@ def why(say: Say, kind: int) -> str:
 def starting(settings: CameraSettings, camera: KnownCamera) -> Conversation:
     """Take control, give power, initialise, and set speeds and range: host, power, host, init, speeds, range.
 
-    What a camera says is done already is left out: one that is on and initialised keeps looking where it looks.
+    What a camera says is done already is left out: one that is on and initialised keeps looking where it looks. One
+    that refuses the speeds or the range has its own: where it is within them it turns all the same.
 
     Raises:
         CameraError: the camera does not become ready.
@@ -114,9 +119,9 @@ def starting(settings: CameraSettings, camera: KnownCamera) -> Conversation:
         if camera.cabling is Cabling.TWO_WAY:
             yield from _insist(Say("STOP"), camera)     # it refuses this until it is initialised, and never else
     model = settings.camera_model
-    yield from _insist(Say("PAN_SPEED", (settings.pan_speed,)), camera)
-    yield from _insist(Say("TILT_SPEED", (settings.tilt_speed,)), camera)
-    yield from _insist(Say("TILT_RANGE", model.tilt), camera)
+    for say in (Say("PAN_SPEED", (settings.pan_speed,)), Say("TILT_SPEED", (settings.tilt_speed,)),
+                Say("TILT_RANGE", model.tilt)):
+        yield from _insist(say, camera, NOT_NEEDED)
     if camera.cabling is Cabling.TWO_WAY:
         yield from _ask("ASK_POSITION", camera)
         yield from _ask("ASK_ZOOM", camera)
@@ -211,8 +216,8 @@ def _is_done(say: Say, reply: Reply, camera: KnownCamera) -> bool:
     return reply.is_well
 
 
-def _insist(say: Say, camera: KnownCamera) -> Generator[Step, Any, Reply]:
-    """Say it until the camera accepts it. Return the reply.
+def _insist(say: Say, camera: KnownCamera, bearable: Collection[int] = ()) -> Generator[Step, Any, Reply]:
+    """Say it until the camera accepts it, or refuses it in a way that is bearable: that is noted. Return the reply.
 
     Raises:
         CameraError: it does not within `PATIENCE`.
@@ -224,6 +229,8 @@ def _insist(say: Say, camera: KnownCamera) -> Generator[Step, Any, Reply]:
             return reply
         if reply.kind not in (AnswerKind.BUSY, AnswerKind.WRONG_MODE):
             camera.last_error = why(say, reply.kind)
+            if reply.kind in bearable:
+                return reply
             raise CameraError(camera.last_error)
         yield from back_off.pause(say, camera, kind=reply.kind)
 
