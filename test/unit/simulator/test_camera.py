@@ -26,6 +26,8 @@ def test_in_local_mode_everything_but_control_and_status_is_a_mode_error():
         assert answer is None or (answer == WRONG_MODE) == (name not in ("ASK_STATUS", "ASK_LONG_STATUS")), name
     assert bench.say("ASK_LONG_STATUS")[0] == CameraStatus.LOCAL_MODE | CameraStatus.NEVER_INITIALISED
     assert bench.send(bytes.fromhex("FF 30 30 00 99 EF")).hex() == "fe30303930ef"     # the mode is checked first
+    for wrong in ("90", "90 30 30", "90 32", "86 31"):
+        assert bench.send(bytes.fromhex("FF 30 30 00 %s EF" % wrong)).hex() == "fe30303530ef", wrong
 
 
 def test_a_command_to_turn_without_initialisation_is_a_mode_error_and_starts_it():
@@ -128,7 +130,10 @@ def test_zoom(ready):
         assert ready.say("ASK_ZOOM") == (end,)
     assert ready.say("COARSE_ZOOM", 64) == ACCEPTED
     ready.run(2.0)
-    assert ready.say("ASK_ZOOM") == (979,) and ready.say("ASK_COARSE_ZOOM") == (63,)
+    assert ready.say("ASK_ZOOM") == (979,)
+    for step in range(0x81):
+        ready.camera.zoom.jump(step * 153 // 10)
+        assert ready.say("ASK_COARSE_ZOOM") == (step,), "as it was set"
 
 
 def test_power_takes_its_time_and_forgets_the_settings(ready):
@@ -176,6 +181,7 @@ def test_only_a_c50i_has_its_extras(ready):
                         ("FRONT_LAMP", 1)):
         assert other.say(name, value) == ACCEPTED
     assert other.say("ASK_PRODUCT") == ("C50i ",)
+    assert [times for times in range(1, 13) if other.say("ELECTRONIC_ZOOM", times) == ACCEPTED] == [1, 2, 4, 8, 12]
 
 
 def test_answers_take_their_time(ready):

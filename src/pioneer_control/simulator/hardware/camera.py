@@ -18,8 +18,8 @@ KINDS_OF_CAMERAS = tuple(CAMERA_MODELS)
 CAMERA_CABLINGS = ("two_way", "one_way")
 MICRO = 1000000
 """Positions are kept in millionths of a count or of a zoom step, so that steps of microseconds add up exactly."""
-ALWAYS = frozenset(("CONTROL", "ASK_STATUS", "ASK_LONG_STATUS"))
-"""Commands that it obeys also in local mode, and without power."""
+ALWAYS = frozenset(CAMERA_COMMANDS[name].number for name in ("CONTROL", "ASK_STATUS", "ASK_LONG_STATUS"))
+"""Numbers of the commands that it obeys also in local mode, and without power."""
 TURNS = frozenset(("HOME", "GO_TO", "RUN_RIGHT", "RUN_LEFT", "RUN_UP", "RUN_DOWN", "RUN_BOTH"))
 """Commands that need an initialised camera. Without it they start the initialisation by themselves."""
 TARGETS = frozenset(("HOME", "GO_TO"))
@@ -27,6 +27,8 @@ TARGETS = frozenset(("HOME", "GO_TO"))
 SIGN = {0: 0, 1: 1, 2: -1}
 ZOOM_RUNS = {1: (0, 2), 2: (ZOOM_MOST, 2), 3: (0, 1), 4: (ZOOM_MOST, 1)}
 """Where the zoom goes, and the divisor of its speed, by the value of ZOOM_RUN."""
+ELECTRONIC_ZOOMS = (1, 2, 4, 8, 12)
+"""How many times a VC-C50i enlarges the picture by computing."""
 COARSE = 153
 """Tenths of a fine zoom step in a coarse one."""
 
@@ -280,9 +282,9 @@ class SimulatedCamera:
     def _obstacle(self, order: CameraOrder) -> Optional[AnswerKind]:
         """Return why a command is not obeyed: it checks the mode first, then the command, then value and busy."""
         name = "" if order.command is None else order.command.name
-        if name not in ALWAYS and (self.is_local or not self.is_on and name != "POWER"):
+        if order.number not in ALWAYS and (self.is_local or not self.is_on and name != "POWER"):
             return AnswerKind.WRONG_MODE
-        if name not in ALWAYS and name != "POWER" and self.is_changing_power or (
+        if order.number not in ALWAYS and name != "POWER" and self.is_changing_power or (
                 name == "CONTROL" and self.faults.menu_open):
             return AnswerKind.WRONG_MODE
         if name in TURNS and not self.is_initialised:
@@ -300,7 +302,9 @@ class SimulatedCamera:
         return None
 
     def _is_in_range(self, name: str, values: Tuple[int, ...]) -> bool:
-        """Return whether values are in the movable range, or make one within the mechanics."""
+        """Return whether values are in the movable range, or make one within the mechanics, or are there at all."""
+        if name == "ELECTRONIC_ZOOM":
+            return values[0] in ELECTRONIC_ZOOMS
         if name == "GO_TO":
             return self.pan.low <= values[0] <= self.pan.high and self.tilt.low <= values[1] <= self.tilt.high
         mechanics = {"PAN_RANGE": self._model.pan_mechanics, "TILT_RANGE": self._model.tilt_mechanics}.get(name)
@@ -431,7 +435,7 @@ ANSWERS: Dict[str, Callable[[SimulatedCamera], Tuple[object, ...]]] = {
     "ASK_ZOOM": lambda camera: (camera.zoom.position,),
     "ASK_ZOOM_MOST": lambda camera: (ZOOM_MOST,),
     "ASK_ZOOM_SPEED": lambda camera: (7,),
-    "ASK_COARSE_ZOOM": lambda camera: (camera.zoom.position * 10 // COARSE,),
+    "ASK_COARSE_ZOOM": lambda camera: (round(camera.zoom.position * 10 / COARSE),),
     "ASK_STATUS": lambda camera: (int(camera.status) & 0xFFF,),
     "ASK_LONG_STATUS": lambda camera: (int(camera.status),),
     "ASK_PRODUCT": lambda camera: (CAMERA_MODELS[camera.kind].product,),
