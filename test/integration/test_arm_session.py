@@ -144,6 +144,28 @@ def test_an_arm_that_moves_at_connect_is_found_when_its_layout_is_clear():
 
 # -- power
 
+@pytest.mark.parametrize("first, second", [(0x82, 0x00), (0x02, 0x3F), (0x00, 0x13), (0x03, 0x07)])
+def test_status_packets_that_tell_no_layout_are_said_once(first, second):
+    """Such as one with a bit that nobody has explained. With the parameter arm_layout they are read all the same."""
+    for layout in (None, "M"):
+        rig = ArmRig(settings=ArmSettings(SPEEDS, layout=layout), connect=False)
+        rig.session.connected(None, rig.now)
+        rig.session.packet(p2os.ArmInfo("1.7", (p2os.packets.ArmJoint(20, 130, 25, 130, 235, 105),) * 6), rig.now)
+        notices = []
+        for _ in range(60):
+            rig.now += 0.1
+            rig.session.packet(p2os.Arm(first, second, (130,) * 6), rig.now)
+            rig.session.tick(rig.now)
+            notices += [notice.text for notice in rig.session.take_notices()]
+        if layout is None:
+            text = ("the arm's status packets (%02X %02X) do not tell their layout: it moves, or the parameter"
+                    " arm_layout must say it (A or M)" % (first, second))
+            assert (rig.condition, rig.session.phase.text, notices) == ("looking", text, [text])
+            assert finding(rig.session, rig.now)[:2] == (Level.WARN, text)
+            rig.session.packet(p2os.Arm(2, 0, (130,) * 6), rig.now)
+        assert rig.condition in ("off", "on", "moving", "not connected")
+
+
 def test_power_on_sets_speeds_first_then_waits_for_the_arm():
     rig = ArmRig()
     rig.sent.clear()

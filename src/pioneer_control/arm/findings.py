@@ -5,7 +5,7 @@ from typing import Dict
 
 from ..client.fault_flags import Level
 from ..client.health import Finding
-from .phases import Fitted
+from .phases import Asking, Fitted
 from .session import ArmSession
 
 LEVELS = {"silent": Level.ERROR, "none": Level.WARN, "not connected": Level.WARN, "no link": Level.STALE}
@@ -17,7 +17,8 @@ def finding(session: ArmSession, now: float) -> Finding:
     phase = session.phase
     level, text = LEVELS.get(phase.condition, Level.OK), phase.text
     if not isinstance(phase, Fitted):
-        return Finding(level, text, {})
+        is_unclear = isinstance(phase, Asking) and phase.is_unclear
+        return Finding(Level.WARN if is_unclear else level, text, {})
     order = phase.order
     if order is not None and order.problem:
         level, text = max(level, Level.WARN), "%s; last %s failed: %s" % (text, order.name, order.problem)

@@ -86,24 +86,30 @@ class Asking:
     Attributes:
         reader: reads its status.
         info: what it is. None as long as it did not say.
+        is_unclear: whether its status packets, which come, cannot be read for want of their layout.
+        text: the condition for people.
     """
 
     condition = "looking"
-    text = "asking whether there is an arm"
 
     def __init__(self, layout: Optional[str], output: ArmOutput, now: float) -> None:
         self.reader = StatusReader(layout)
         self.info: Optional[p2os.ArmInfo] = None
+        self.is_unclear = False
+        self.text = "asking whether there is an arm"
         self._output = output
         self._asked_again = False
         self._heard = now
+        self._unread: Optional[p2os.Arm] = None     # the last status packet, if it could mean two things
         self.due = now + ASK_AGAIN
         output.packets += ASK
 
     def read(self, packet: p2os.Arm, now: float) -> Optional[ArmStatus]:
         """Return what a status packet means. None if it could mean two things."""
         self._heard = now
-        return self.reader.read(packet)
+        status = self.reader.read(packet)
+        self._unread = packet if status is None else None
+        return status
 
     def why_absent(self, now: float) -> Optional[str]:
         """Do what is due. Return why there is no arm; None while there may be one."""
@@ -115,6 +121,11 @@ class Asking:
             return "the robot did not say within %.0f s that it has an arm" % GIVE_UP
         elif now - self._heard >= STALE:
             return "the arm sent no status within %.0f s" % GIVE_UP
+        elif self._unread is not None and not self.is_unclear:
+            self.is_unclear = True
+            self.text = ("the arm's status packets (%02X %02X) do not tell their layout: it moves, or the parameter"
+                         " arm_layout must say it (A or M)" % (self._unread.status_bits, self._unread.motion_bits))
+            self._output.say(self.text)
         return None
 
 
