@@ -5,7 +5,8 @@ Four commands of the laser have the numbers of other commands of a Pioneer: 35 A
 GRIPPERVAL is sent only right after GRIPPER. So:
 
 * 36 is the laser's, unless a GRIPPER command that needs a value came right before it;
-* 37 is the laser's right after such a 36, 38 right after such a 37, and 35 with 0, 1 or 2 right after such a 38;
+* of these four numbers, 37 is the laser's right after such a 36, 38 right after such a 37, and 35 with 0, 1 or 2 right
+  after such a 38. Commands with other numbers may come between: a client drives, too, and from another thread;
 * 35 with 0 is the laser's, too, while scans are sent.
 
 All else goes to the robot, as without a laser. The commands 230 to 233 are always the laser's.
@@ -54,7 +55,7 @@ class LaserOrders:
         self.scans = OFF
         self.view = FieldOfView()
         self._asked = self.view     # the angles count only when the step has come
-        self._before = ""           # name of the laser's command right before this one
+        self._before = ""           # name of the laser's command before, if nothing else with its numbers came since
 
     def takes(self, frame: Frame, previous: Optional[ReceivedCommand]) -> bool:
         """Do what a command says if it is meant for the laser, and return whether it is. Call this for each command.
@@ -64,8 +65,10 @@ class LaserOrders:
             previous: the command before it.
         """
         order = decode_simulator_command(frame)
+        if order is None or order.name not in _ACTS:
+            return False
         before, self._before = self._before, ""
-        if order is None or not order.values or order.name not in _ACTS:
+        if not order.values:
             return False
         value = order.values[0]
         if order.name in _RIGHT_AFTER and not self._is_meant(order.name, value, before, previous):
@@ -104,7 +107,7 @@ _LAST = "Angle of the last ray (degrees). It counts when the step comes."
 _STEP = ("Angle between two rays (hundredths of a degree), at most 1441 rays. The two angles count from now on, unless"
          " they make no sense together.")
 _ENABLE = "1: one scan behind each SIP, in packets 0x60. 2: in packets 0x61. 0: no scans."
-_BURST = " Only in the burst 36, 37, 38, 35."
+_BURST = " Only in the burst 36, 37, 38, 35, in which commands with other numbers may stand, too."
 DOES: Dict[str, str] = {
     "OLD_LASER_ENABLE": _ENABLE + _BURST + " 0 also alone, while there are scans. Else it is ADSEL.",
     "OLD_LASER_FIRST": _FIRST + " Directly after GRIPPER 16 or 17 it is GRIPPERVAL.",
