@@ -205,6 +205,17 @@ def test_a_camera_that_refuses_the_speeds_has_its_own():
     assert rig.rests()[:2] == (100, 50)
 
 
+@either
+def test_a_fault_of_the_system_beside_an_answer_is_no_refusal(rig):
+    """The second digit of the error byte. Nobody looks at it (camera sheet 3)."""
+    rig = rig()
+    put = rig.camera.put
+    rig.camera.put = lambda data: put(data[:4] + b"1" + data[5:])
+    rig.ready()
+    rig.session.look(100, 50, rig.now)
+    assert rig.rests()[:2] == (100, 50)
+
+
 def test_upside_down_pan_and_tilt_are_the_other_way_round():
     rig = DirectRig(inverted=True).ready()
     rig.session.look(100, -500, rig.now)

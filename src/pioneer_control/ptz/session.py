@@ -203,7 +203,7 @@ class CameraSession:
         if not isinstance(self._step, Say) or self._camera.cabling is Cabling.ONE_WAY:
             return 0
         held, length = self._decoder.held, SHORTEST_ANSWER
-        if held[ERROR_DIGITS] == b"00":
+        if len(held) >= ERROR_DIGITS.stop and held[ERROR_DIGITS].startswith(b"0"):     # the second digit is no refusal
             length += CAMERA_COMMANDS[self._step.name].answer_width
         return max(1, length - len(held))
 

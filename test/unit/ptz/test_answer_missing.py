@@ -22,6 +22,7 @@ def asking(cabling=Cabling.TWO_WAY):
 
 @pytest.mark.parametrize("heard, missing", [
     ("", 6), ("FE 30 30", 3), ("FE 30 30 30 30 37", 8), ("00 FE 30 30 30 30", 9), ("00 FE 30 30 31 30", 1),
+    ("FE 30 30 30 31 37", 8), ("FE 30 30 30", 2),
     ("00 00 00 FE 30 30", 3), ("FE 30 30 30 30 37 45 37 30 38 30 42 32", 1),
 ])
 def test_the_bytes_that_are_missing(heard, missing):
