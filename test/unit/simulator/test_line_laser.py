@@ -317,6 +317,14 @@ def test_who_says_he_is_a_simulator_needs_the_laser(serial):
         simulate(World("hall"), find_model("p3dx-sh"), 1, None, 0, serial=serial)
 
 
+def test_who_has_the_name_of_a_simulator_needs_the_laser_too():
+    """The vendor's client knows a simulator by its name, too (laser sheet 3.1)."""
+    with pytest.raises(ParameterError, match="name MobileSim, clients take a laser .* add that laser .* another name"):
+        simulate(World("hall"), find_model("p3dx-sh"), 1, "MobileSim", 0)
+    assert simulate(World("hall"), find_model("p3dx-sh"), 1, "MobileSim", 0, line_laser=True).robots[0].line_laser
+    assert simulate(World("hall"), find_model("p3dx-sh"), 1, "mobile", 0).robots[0].line_laser is None
+
+
 # -- over a serial line
 
 def on_a_line(baud, start, seconds=4.0):

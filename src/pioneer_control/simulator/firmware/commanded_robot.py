@@ -31,6 +31,8 @@ SETTINGS = dict(
 
 SIMULATOR = "SIM"
 """Serial number by which the vendor's client knows a simulator (laser sheet 3.1), in any case."""
+SIMULATORS_NAME = "MobileSim"
+"""Name by which it knows one."""
 
 
 @dataclass
@@ -82,9 +84,12 @@ class CommandedRobot(RobotOnLine):
         noise = self.numbers.sonar.noise if noise is None else noise
         if noise < 0.0:
             raise ParameterError("noise is %g, wanted metres from 0 up" % noise)
-        if self.numbers.session.serial.upper() == SIMULATOR and not line_laser:
-            raise ParameterError("with the serial number %s, clients take a laser over the robot's own line: add that"
-                                 " laser (laser line), or give another number" % self.numbers.session.serial)
+        for what, told, is_known in (
+                ("serial number", self.numbers.session.serial, self.numbers.session.serial.upper() == SIMULATOR),
+                ("name", name, name == SIMULATORS_NAME)):
+            if is_known and not line_laser:
+                raise ParameterError("with the %s %s, clients take a laser over the robot's own line: add that laser"
+                                     " (laser line), or give another %s" % (what, told, what))
         self.world = world
         self.hardware = Hardware(
             model.with_arrays(front=True, rear=rear_sonar), world, world.starts[0] if pose is None else pose, gripper,
