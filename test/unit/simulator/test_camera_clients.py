@@ -3,6 +3,7 @@
 import pytest
 from robot_on_bench import Bench
 
+from pioneer_control.errors import ParameterError
 from pioneer_control.p2os import SerialAux
 from pioneer_control.simulator.line.cameras import CameraPorts, fit_camera
 
@@ -131,6 +132,16 @@ def test_cameras_at_other_ports_and_none_at_the_first(port, send, want):
     bench.send({67: "GETAUX2", 61: "GETAUX3"}[want], 6)
     bench.wait(0.5)
     assert [packet for packet in bench.packets if isinstance(packet, SerialAux)] == [SerialAux(port, OK)]
+
+
+@pytest.mark.parametrize("model, port, said", [
+    ("p2at8", 3, "clients of a p2at8, whose firmware is AROS, reach the auxiliary ports 1 and 2; or give it a line"),
+    ("pion1m", 1, "clients of a pion1m, whose firmware is PSOS, reach no auxiliary port; or give it a line"),
+])
+def test_a_camera_that_no_client_can_reach_is_refused(model, port, said):
+    with pytest.raises(ParameterError, match="a camera at AUX%d .*: %s" % (port, said)):
+        fit_camera(Bench(model).robot, CameraPorts("vcc4", aux=port))
+    fit_camera(Bench("p2at8").robot, CameraPorts("vcc4", aux=2))
 
 
 def test_close_ends_neither_the_cameras_motion_nor_its_power():

@@ -292,6 +292,11 @@ def test_the_port_of_the_arm_has_no_room_for_another_device():
     robot.hardware.aux[2].join(PioneerArm(NUMBERS.arm), 3)
 
 
+def test_an_arm_that_no_client_can_command_is_refused():
+    with pytest.raises(ParameterError, match="an arm on a pion1m .*: its firmware PSOS has no commands of an arm"):
+        Firmware(find_model("pion1m"), World("hall"), (0.0, 0.0, 0.0), arm=True)
+
+
 def test_random_commands_never_leave_its_ranges_or_upset_it():
     """bench/fuzz_arm.py does the same a million times."""
     counts = fuzz_arm.fuzz_simulated_arm(random.Random(5), 5000)

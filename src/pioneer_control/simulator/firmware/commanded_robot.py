@@ -95,6 +95,9 @@ class CommandedRobot(RobotOnLine):
             model.with_arrays(front=True, rear=rear_sonar), world, world.starts[0] if pose is None else pose, gripper,
             self.numbers, noise, seed)
         if arm:
+            if model.firmware_family == "PSOS":
+                raise ParameterError("an arm on a %s (arm): its firmware PSOS has no commands of an arm; take a model"
+                                     " with another one, such as p3dx-sh" % model.subtype)
             self.hardware.join_arm(self.numbers.arm)
         self.line_laser = LineLaser(world, self.hardware, self.numbers.laser, seed) if line_laser else None
         self.next_step_us += self.numbers.physics.step_us

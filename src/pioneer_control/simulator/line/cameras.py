@@ -7,12 +7,15 @@ from typing import Callable, NamedTuple, Optional, Union
 
 from ...errors import ParameterError
 from ..firmware import Firmware
+from ..firmware.commands import HANDLERS
 from ..hardware.camera import CAMERA_CABLINGS, KINDS_OF_CAMERAS, SimulatedCamera
 from .lines import PtyLine, ServedLine, TcpLine, host_and_port
 
 AUX_OF_CAMERAS = 1
 """The auxiliary port at which robots have their cameras (camera sheet 1)."""
 CAMERA_BAUD = 9600
+SENDS = {1: "TTY2", 2: "TTY3", 3: "TTY4"}
+"""The command that sends bytes to an auxiliary port, by its number."""
 
 
 class CameraPorts(NamedTuple):
@@ -87,7 +90,16 @@ class CameraBerth:
 
 
 def fit_camera(robot: Firmware, ports: CameraPorts) -> None:
-    """Put a camera at the auxiliary port of a robot. Raises ParameterError when there is a device already."""
+    """Put a camera at the auxiliary port of a robot. Raises ParameterError when there is a device already, or when
+    clients of its firmware cannot reach this port.
+    """
+    family = robot.model.firmware_family
+    reached = ["%d" % port for port, command in SENDS.items() if HANDLERS[command].known_to(family)]
+    if str(ports.aux) not in reached:
+        raise ParameterError("a camera at AUX%d (camera_aux): clients of a %s, whose firmware is %s, reach %s; or give"
+                             " it a line of its own (camera_port, camera_pty)" % (
+                                 ports.aux, robot.model.subtype, family,
+                                 "the auxiliary ports %s" % " and ".join(reached) if reached else "no auxiliary port"))
     ports.camera().join(robot.hardware.aux[ports.aux - 1], ports.aux)
 
 
