@@ -10,6 +10,7 @@ from typing import Dict, List, Mapping, Optional, Sequence
 
 from ..errors import PioneerError, UsageError
 from .installed import InstalledFiles
+from .launched import checked
 from .unit import LOCAL_MASTER, UNIT, Service, command, environment, unit_texts
 
 DEFAULT_LAUNCH = ("pioneer_control", "pioneer.launch", "port:=/dev/pioneer")
@@ -150,7 +151,10 @@ def uninstall(name: str, installed: InstalledFiles) -> None:
         raise UsageError("no service named %r was installed by install_service" % name)
     service = Service(("-",), "root", name=name)
     units = [each for each in reversed(service.unit_names) if UNIT % each in listed]
-    call("systemctl", "disable", "--quiet", "--now", *units)
+    there = [each for each in units if os.path.exists(UNIT % each)]     # somebody may have removed one by hand
+    subprocess.run(["systemctl", "stop", *units], stderr=subprocess.DEVNULL)
+    if there:
+        call("systemctl", "disable", "--quiet", "--now", *there)
     print(*installed.remove(), sep="\n")
     call("systemctl", "daemon-reload")
     subprocess.run(["systemctl", "reset-failed", *units], stderr=subprocess.DEVNULL)
@@ -187,8 +191,7 @@ def require_root(program: str, arguments: Sequence[str], environ: Mapping[str, s
         words = ["sudo", "env", *passed, "/usr/bin/python3", os.path.abspath(program), *arguments]
         raise ServiceError("only root may do that. Type:\n    %s" % " ".join(map(shlex.quote, words)))
     if not os.path.isdir(SYSTEMD):
-        raise ServiceError("this computer is not run by systemd (there is no %s). --print shows the files all the same"
-                           % SYSTEMD)
+        raise ServiceError("this computer is not run by systemd (there is no %s)" % SYSTEMD)
 
 
 def own_rules() -> str:
@@ -208,6 +211,7 @@ def main_install(arguments: Optional[Sequence[str]] = None) -> int:
         service = service_of(options, os.environ)
         files = files_of(service, own_rules() if options.udev else None)
         if options.print:
+            checked(service.launch)
             for path, text in files.items():
                 print("# --- %s\n%s" % (path, text))
             return 0

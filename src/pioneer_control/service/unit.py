@@ -61,18 +61,20 @@ class Service(NamedTuple):
 
     def check(self) -> None:
         """Raise UsageError, which names it, if something in this service is not legal."""
-        texts = [*self.launch, self.setup, self.user]
+        controls = [text for text in (*self.launch, self.setup, self.user) if re.search(r"[\x00-\x1f\x7f]", text)]
         checks = (
             (NAME.fullmatch(self.name), "--name %r: begin with a small letter; then small letters, digits, _ and -, "
                                         "31 at most" % self.name),
+            (not self.name.endswith("-master"), "--name %r: what ends in -master is the master of a service"
+             % self.name),
             (self.launch, "no launch file"),
-            (not any(re.search(r"[\x00-\x1f\x7f]", text) for text in texts), "a control character in %r" % (texts,)),
+            (not controls, "a control character in " + ", ".join(map(repr, controls))),
             (not self.setup or self.setup.startswith("/"), "--setup %r: give the whole path" % self.setup),
             (HOST.fullmatch(self.hostname),
              "--hostname %r: give a name such as robot1, or robot1.local" % self.hostname),
             (not self.address or _is_address(self.address), "--ip %r: give four numbers from 0 to 255, such as "
                                                             "192.168.1.20" % self.address),
-            (MASTER.fullmatch(self.master),
+            (_is_master(self.master),
              "--master %r: give http://HOST:PORT, such as %s" % (self.master, LOCAL_MASTER)),
         )
         for is_legal, mistake in checks:
@@ -82,6 +84,11 @@ class Service(NamedTuple):
 
 def _is_address(text: str) -> bool:
     return bool(ADDRESS.fullmatch(text)) and all(int(part) <= 255 for part in text.split("."))
+
+
+def _is_master(text: str) -> bool:
+    found = MASTER.fullmatch(text)
+    return found is not None and 1 <= int(found.group("port")) <= 65535
 
 
 def command(service: Service, *options: str) -> Tuple[str, ...]:

@@ -15,6 +15,7 @@ from roslaunch.config import load_config_default
 
 from pioneer_control.errors import UsageError
 from pioneer_control.service import command_line
+from pioneer_control.service.installed import InstalledFiles
 from pioneer_control.service.launched import checked, main, prune
 
 LIMIT = 60.0
@@ -138,6 +139,31 @@ def test_print_shows_the_files_and_writes_none(capsys):
     assert command_line.main_install(["--print", "--user", "ada", "--no-udev", "--setup", ""]) == 0
     shown = capsys.readouterr().out
     assert "SYMLINK" not in shown and "ExecStart=/usr/bin/python3 -m pioneer_control.service" in shown
+
+
+def test_print_checks_the_launch_file(capsys):
+    assert command_line.main_install(["--print", "--user", "ada", "pioneer.launch", "prt:=x"]) == 2
+    said = capsys.readouterr()
+    assert "has no argument 'prt'; did you mean port?" in said.err and not said.out
+
+
+def test_a_service_whose_files_somebody_removed_is_uninstalled_all_the_same(monkeypatch, capsys, tmp_path):
+    """systemctl disable refuses a unit that has no file."""
+    unit = tmp_path / "pioneer.service"
+    monkeypatch.setattr(command_line, "UNIT", str(tmp_path / "%s.service"))
+    installed = InstalledFiles("pioneer", str(tmp_path / "root"))
+    monkeypatch.setattr(InstalledFiles, "listed", {str(unit): "", str(tmp_path / "pioneer-master.service"): ""})
+    said = []
+    monkeypatch.setattr(command_line.subprocess, "run", lambda words, **_: said.append(tuple(words)))
+    monkeypatch.setattr(command_line, "call", lambda *words: said.append(words))
+    unit.write_text("")
+    command_line.uninstall("pioneer", installed)
+    assert ("systemctl", "stop", "pioneer", "pioneer-master") in said
+    assert ("systemctl", "disable", "--quiet", "--now", "pioneer") in said
+    unit.unlink()
+    said.clear()
+    command_line.uninstall("pioneer", installed)
+    assert not any("disable" in words for words in said)
 
 
 def test_without_root_the_command_for_sudo_is_told(monkeypatch, capsys):

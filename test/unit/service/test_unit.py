@@ -103,10 +103,12 @@ def test_without_the_setup_file_nothing_starts(tmp_path):
 @pytest.mark.parametrize("wrong, words", [
     (dict(name="a/b"), "--name 'a/b'"), (dict(name="../ssh"), "--name"), (dict(name=""), "--name"),
     (dict(name="Pioneer"), "--name 'Pioneer'"), (dict(name="a" * 32), "31 at most"),
-    (dict(launch=()), "no launch file"), (dict(launch=("a\nExecStart=x",)), "control character"),
+    (dict(name="pioneer-master"), "--name 'pioneer-master': what ends in -master"),
+    (dict(launch=()), "no launch file"), (dict(launch=("a\nExecStart=x",)), "control character in 'a\\nExecStart=x'"),
     (dict(user="ada\nUser=root"), "control character"), (dict(setup="devel/setup.bash"), "whole path"),
     (dict(hostname="-x"), "--hostname '-x'"), (dict(hostname="a b"), "--hostname"),
     (dict(address="robot1"), "--ip 'robot1'"), (dict(address="1.2.3.256"), "--ip"),
+    (dict(master="http://a:0"), "--master 'http://a:0'"), (dict(master="http://a:65536"), "--master"),
     (dict(master="localhost:11311"), "--master"), (dict(master="http://a:1\nX=y"), "--master"),
 ])
 def test_what_is_not_legal_is_named(wrong, words):
