@@ -55,13 +55,13 @@ class Tape(NamedTuple):
     second: float
 
 
-LEGAL_ASIDE = Number(-3.0, 3.0)
-LEGAL_ALONG = Number(-20.0, 20.0)
+LEGAL_MARK = Number(-3.0, 3.0)
+LEGAL_TAPE = Number(-30.0, 30.0)        # also of a line of 20 m by a robot that is wrong by as much as any
 LEGAL_MARKS = {"front": Number(0.05, 2.0), "apart": Number(0.1, 3.0)}
 NAMES = {
-    RunKind.LINE: (("ahead", LEGAL_ALONG), ("left", LEGAL_ASIDE)),
-    RunKind.SQUARE: (("ahead", LEGAL_ASIDE), ("left", LEGAL_ASIDE)),
-    RunKind.TURN: (("front mark left", LEGAL_ASIDE), ("rear mark left", LEGAL_ASIDE)),
+    RunKind.LINE: (("ahead", LEGAL_TAPE), ("left", LEGAL_TAPE)),
+    RunKind.SQUARE: (("ahead", LEGAL_TAPE), ("left", LEGAL_TAPE)),
+    RunKind.TURN: (("front mark left", LEGAL_MARK), ("rear mark left", LEGAL_MARK)),
 }
 """The names of the two numbers of a tape, and what is legal in m."""
 

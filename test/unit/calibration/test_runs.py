@@ -14,7 +14,7 @@ from pioneer_control.errors import UsageError
 
 @pytest.mark.parametrize("text, first, second", [
     ("498.3 -2.5", 4.983, -0.025), (" 498,3 ; -2,5 ", 4.983, -0.025), ("500 0", 5.0, 0.0),
-    ("498.3,-2.5", 4.983, -0.025)])
+    ("498.3,-2.5", 4.983, -0.025), ("2040 -400", 20.4, -4.0)])
 def test_two_numbers_in_centimetres(text, first, second):
     assert tape_of(text, RunKind.LINE) == pytest.approx((first, second))
 
@@ -23,9 +23,9 @@ def test_two_numbers_in_centimetres(text, first, second):
     (RunKind.LINE, "", "'' is not two numbers in cm: ahead, left"),
     (RunKind.LINE, "500", "'500' is not two numbers"),
     (RunKind.LINE, "1 2 3", "'1 2 3' is not two numbers"),
-    (RunKind.LINE, "500 nan", "left is 'nan': give a number from -300 to 300, in cm"),
-    (RunKind.LINE, "inf 0", "ahead is 'inf': give a number from -2000 to 2000"),
-    (RunKind.SQUARE, "500 0", "ahead is '500': give a number from -300 to 300"),
+    (RunKind.LINE, "500 nan", "left is 'nan': give a number from -3000 to 3000, in cm"),
+    (RunKind.LINE, "inf 0", "ahead is 'inf': give a number from -3000 to 3000"),
+    (RunKind.SQUARE, "5000 0", "ahead is '5000': give a number from -3000 to 3000"),
     (RunKind.TURN, "1 x", "rear mark left is 'x'"),
     (RunKind.LINE, "1e999 0", "ahead is '1e999'")])
 def test_what_is_no_reading_is_refused(kind, text, reason):
