@@ -40,9 +40,11 @@ def runs_of_bag(path: str, robot: str) -> RecordedRuns:
     reader = read_bag(path, lambda connection: kind_of(connection) in ("pose", "RobotInfo") or connection.type == IMU)
     spaces = sorted({namespace_of(each.topic) for each in reader.connections if kind_of(each) == "pose"})
     wanted = [space for space in spaces if space.strip("/") == robot.strip("/")] or spaces
+    if not wanted:
+        raise UsageError("%s has no poses of a robot: record its topic pose" % path)
     if len(wanted) != 1:
-        raise UsageError("%s has the poses of %s robots (%s): name one, as in calibrate ROBOT --bag" % (
-            path, len(spaces) or "no", ", ".join(space.lstrip("/") or "/" for space in spaces) or "none"))
+        raise UsageError("%s has the poses of %d robots (%s): name one, as in calibrate ROBOT --bag" % (
+            path, len(spaces), ", ".join(space.lstrip("/") or "/" for space in spaces)))
     subtype, recorded = _read(reader, wanted[0])
     return RecordedRuns(subtype, list(pieces(recorded)), reader.damage)
 

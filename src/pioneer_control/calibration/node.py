@@ -8,10 +8,11 @@ killed, means that the robot stands.
 import argparse
 import math
 import os
+import shlex
 import sys
 import time
 from collections import deque
-from typing import Any, Deque, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Deque, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import rospy
 from nav_msgs.msg import Odometry
@@ -58,12 +59,10 @@ class Subject(NamedTuple):
     """The robot that is calibrated, as a driver knows it.
 
     Attributes:
-        name: of its model, in a models file.
         model: with the models file that the driver uses.
         models_file: that file; empty: none.
     """
 
-    name: str
     model: RobotModel
     models_file: str
 
@@ -245,7 +244,7 @@ def subject_on_topics(robot: RobotOnTopics) -> Subject:
     driver = info._connection_header["callerid"]
     name = rospy.get_param(driver + "/model", "") or info.subtype
     file = rospy.get_param(driver + "/models_file", "")
-    return Subject(name, find_model(name, file or None), file)
+    return Subject(find_model(name, file or None), file)
 
 
 def subject_of_bag(subtype: str, given: argparse.Namespace) -> Subject:
@@ -254,7 +253,7 @@ def subject_of_bag(subtype: str, given: argparse.Namespace) -> Subject:
     if not name:
         raise UsageError("%s does not say which robot it is (it has no robot_info): name its model, --model p3dx-sh for"
                          " example" % given.bag)
-    return Subject(name, find_model(name, given.models_file or None), given.models_file)
+    return Subject(find_model(name, given.models_file or None), given.models_file)
 
 
 def runs_from_bag(terminal: Terminal, given: argparse.Namespace) -> Tuple[Subject, List[TapedRun]]:
@@ -283,6 +282,8 @@ def runs_from_bag(terminal: Terminal, given: argparse.Namespace) -> Tuple[Subjec
         tape = ask_tape(terminal, words.READ[piece.kind], piece.kind, marks, skip=SKIP)
         if tape is not None:
             runs.append(TapedRun(piece.kind, turns, piece.track, tape, marks))
+    if not runs:
+        raise UsageError("all runs of %s were passed over: there is nothing to calibrate with" % given.bag)
     return subject, runs
 
 
@@ -313,10 +314,10 @@ def keep(terminal: Terminal, subject: Subject, found: Estimate, given: argparse.
     head = words.head_of_file(found, subject.rad_per_metre, ["%s: %d" % each for each in new.items()],
                               time.strftime("%Y-%m-%d"))
     values = values_of_file(counted, rest, subject.model, found)
-    terminal.say("\nmodels: {%s: %s}" % (subject.name, values))     # also when the file cannot be written
-    write_models_file(given.file, subject.name, values, subject.models_file, head)
+    terminal.say("\nmodels: {%s: %s}" % (subject.model.subtype, values))    # also when the file cannot be written
+    write_models_file(given.file, subject.model.subtype, values, subject.models_file, head)
     terminal.say("\nWritten: %s. Use it from now on:\n  roslaunch pioneer_control pioneer.launch models_file:=%s" % (
-        given.file, os.path.abspath(given.file)))
+        given.file, shlex.quote(os.path.abspath(given.file))))
 
 
 def on_topics(terminal: Terminal, given: argparse.Namespace) -> None:
@@ -330,8 +331,7 @@ def on_topics(terminal: Terminal, given: argparse.Namespace) -> None:
     counted, own, new = of_counts(found.factors, subject.model), robot.own_numbers(), {}
     drift_unit = None if given.drift_unit is None else math.radians(given.drift_unit)
     if given.tell_robot:
-        new = numbers_to_tell(counted, subject.nominal, own, drift_unit)
-        new = told_by(terminal, robot, own, new)
+        new = told_by(terminal, robot, own, lambda: numbers_to_tell(counted, subject.nominal, own, drift_unit))
         changes = ["%s %d -> %d" % (name, getattr(own, name), value) for name, value in new.items()]
         terminal.say("\nTold the robot: %s. It forgets them when the driver ends: give them to the driver as"
                      " parameters." % (", ".join(changes) or "nothing"))
@@ -341,12 +341,18 @@ def on_topics(terminal: Terminal, given: argparse.Namespace) -> None:
     terminal.say(conversation.prove(marks, of_driver(rest, subject.model), counts))
 
 
-def told_by(terminal: Terminal, robot: RobotOnTopics, own: OwnNumbers, new: Dict[str, int]) -> Dict[str, int]:
-    """Tell the robot its new numbers, and return those that it has taken. If it takes none, no work is lost."""
-    if not new:
-        terminal.say("\nThe robot reports no numbers of its own that it could be told: the file has all.")
-        return {}
+def told_by(terminal: Terminal, robot: RobotOnTopics, own: OwnNumbers,
+            wanted: Callable[[], Dict[str, int]]) -> Dict[str, int]:
+    """Tell the robot its new numbers, and return those that it has taken. If it takes none, no work is lost.
+
+    ``wanted`` returns the numbers, or raises a PioneerError: no robot can be told such a number.
+    """
+    new: Dict[str, int] = {}
     try:
+        new = wanted()
+        if not new:
+            terminal.say("\nThe robot reports no numbers of its own that it could be told: the file has all.")
+            return {}
         robot.tell(new)
     except PioneerError as error:
         terminal.say("\nNot told: %s. The file has what the robot does not." % error)
@@ -374,7 +380,7 @@ def parser() -> argparse.ArgumentParser:
                       help="side of the squares; 0: no squares (default: %(default)s)")
     made.add_argument("--repeats", type=int, default=2, metavar="N",
                       help="how often all is driven (default: %(default)s)")
-    made.add_argument("--quick", action="store_true", help="one turn each way and one line: 3 minutes, and less sure")
+    made.add_argument("--quick", action="store_true", help="one turn each way and one line: 7 minutes, and less sure")
     made.add_argument("--tell-robot", action="store_true",
                       help="tell the robot its own TicksMM and RevCount, too; the file has the rest")
     made.add_argument("--drift-unit", type=float, metavar="DEG_M",
@@ -396,13 +402,19 @@ def main() -> int:
         plan_given(given)
         if given.drift_unit is not None and not 1e-9 < abs(given.drift_unit) < 1.0:
             raise UsageError("--drift-unit is %g: give degrees in each metre, from -1 to 1, not 0" % given.drift_unit)
-        if not given.bag and not os.isatty(source):
+        for option, value, needed in (("--model", given.model, "--bag"), ("--models-file", given.models_file, "--bag"),
+                                      ("--drift-unit", given.drift_unit, "--tell-robot")):
+            if value and not getattr(given, needed.strip("-").replace("-", "_")):
+                raise UsageError("%s counts with %s only" % (option, needed))
+        if given.bag is not None and given.tell_robot:
+            raise UsageError("--tell-robot needs a robot: with --bag there is none")
+        if given.bag is None and not os.isatty(source):
             raise UsageError("there is no terminal to read keys from: a person has to hold a key while it drives")
     except UsageError as error:
         print("calibrate: %s" % error, file=sys.stderr)
         return 2
     try:
-        if given.bag:
+        if given.bag is not None:
             on_bag(Terminal(source, lambda: False, each_key), given)
         else:
             init_node(name_for("calibrate", given.robot))

@@ -4,7 +4,7 @@ import math
 from typing import Any, NamedTuple, Tuple, Union
 
 from ..errors import UsageError
-from ..parameters import Number, Whole
+from ..parameters import Number, Rate, Whole
 from .runs import RunKind
 
 
@@ -38,7 +38,7 @@ class RunPlan(NamedTuple):
     proof: Tuple[PlannedRun, ...]
 
 
-LEGAL_LINE, LEGAL_SIDE, LEGAL_REPEATS = Number(1.0, 20.0), Number(0.5, 10.0), Whole(1, 10)
+LEGAL_LINE, LEGAL_SIDE, LEGAL_REPEATS = Number(1.0, 20.0), Rate(0.5, 10.0), Whole(1, 10)
 
 
 def line(way: float) -> PlannedRun:
@@ -70,7 +70,7 @@ def plan_of(way: float = 5.0, side: float = 2.0, repeats: int = 2) -> RunPlan:
         UsageError: a value is not legal.
     """
     checks: Tuple[Tuple[str, Any, Any], ...] = (
-        ("line", way, LEGAL_LINE), ("side", side or LEGAL_SIDE.low, LEGAL_SIDE), ("repeats", repeats, LEGAL_REPEATS))
+        ("line", way, LEGAL_LINE), ("side", side, LEGAL_SIDE), ("repeats", repeats, LEGAL_REPEATS))
     for name, value, legal in checks:
         try:
             legal.accept(value)

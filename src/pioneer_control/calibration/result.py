@@ -111,12 +111,15 @@ def values_of_file(counted: Factors, rest: Factors, model: RobotModel, found: Es
 
 
 def check_new_file(path: str) -> None:
-    """Check that a models file can be written. Raises UsageError: it is there already, or its folder is not."""
-    folder = os.path.dirname(os.path.abspath(path))
-    if os.path.exists(path):
-        raise UsageError("%s is there already, and is not overwritten: give another name (--file), or move it" % path)
-    if not os.path.isdir(folder) or not os.access(folder, os.W_OK):
-        raise UsageError("%s cannot be written: there is no folder %s, or you may not write in it" % (path, folder))
+    """Check that a models file can be written, by trying. Raises UsageError: it is there already, or cannot."""
+    try:
+        open(path, "x", encoding="utf-8").close()
+        os.remove(path)
+    except FileExistsError:
+        raise UsageError("%s is there already, and is not overwritten: give another name (--file), or move it"
+                         % path) from None
+    except OSError as error:
+        raise UsageError("%r cannot be written: %s. Give another name (--file)" % (path, error.strerror)) from None
 
 
 def write_models_file(path: str, name: str, values: Dict[str, float], before: str = "", head: str = "") -> None:
@@ -142,8 +145,11 @@ def write_models_file(path: str, name: str, values: Dict[str, float], before: st
             raise UsageError("models file %s cannot be read: %s" % (before, error)) from error
     models = content.setdefault("models", {})
     models[name] = dict(models.get(name) or {}, **values)
-    with writing(path) as part:
-        with open(part, "w", encoding="utf-8") as file:
-            file.write("".join("# %s\n" % line if line else "#\n" for line in head.splitlines()))
-            yaml.safe_dump(content, file, default_flow_style=None, sort_keys=False, width=120)
-        load_table(part).find(name)
+    try:
+        with writing(path) as part:
+            with open(part, "w", encoding="utf-8") as file:
+                file.write("".join("# %s\n" % line if line else "#\n" for line in head.splitlines()))
+                yaml.safe_dump(content, file, default_flow_style=None, sort_keys=False, width=120)
+            load_table(part).find(name)
+    except OSError as error:        # a disk that is full
+        raise UsageError("%s cannot be written: %s" % (path, error.strerror)) from error

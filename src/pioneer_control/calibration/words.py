@@ -90,8 +90,8 @@ def result(found: Estimate, rad_per_metre: float) -> str:
             "larger" if right_larger >= 0 else "smaller"),
     ]
     if found.gyro is not None:
-        lines.append("  gyro       %+6.2f %% +- %.2f   turns farther than its gyro measures" % (
-            100 * (found.gyro - 1), 100 * found.gyro_deviation))
+        lines.append("  gyro       %+6.2f %% +- %.2f   turns %s than its gyro measures" % (
+            100 * (found.gyro - 1), 100 * found.gyro_deviation, "farther" if found.gyro >= 1 else "less"))
     lines.append("The runs differ %.1f times as much as on the floor that was assumed." % math.sqrt(found.misfit))
     if not found.is_sure:
         lines.append("This is not very sure: more runs (--repeats), or a longer line, make it surer.")

@@ -1,9 +1,11 @@
 """One run on topics: what is published while the key is held, let go, or something is in the way. Without a master."""
 
 import math
+import os
 from collections import deque
 
 import pytest
+import rosbag
 import rospy
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
@@ -12,8 +14,9 @@ from pioneer_control.calibration import node as node_module
 from pioneer_control.calibration.guide import Guide
 from pioneer_control.calibration.node import REPEAT, UNMOVED, HeldDrive, parser, plan_given
 from pioneer_control.calibration.plan import AheadLeg
+from pioneer_control.calibration.result import numbers_to_tell
 from pioneer_control.calibration.tracks import Factors
-from pioneer_control.errors import CalibrationError
+from pioneer_control.errors import CalibrationError, UsageError
 from pioneer_control.floor_poses import Pose
 from pioneer_control.robots import find_model
 from pioneer_control.tutorial.snapshot import RobotShape, Snapshot
@@ -149,6 +152,78 @@ def test_a_robot_that_does_not_take_its_numbers_costs_no_work():
 
     run = HeldRun()
     own = node_module.OwnNumbers(128, 16570, 0)
-    assert node_module.told_by(run, Robot(), own, {"ticks_mm": 125, "rev_count": 16000}) == {"ticks_mm": 125}
+    new = {"ticks_mm": 125, "rev_count": 16000}
+    assert node_module.told_by(run, Robot(), own, lambda: new) == {"ticks_mm": 125}
     assert "Not told: silent" in run.said[0]
-    assert node_module.told_by(run, Robot(), own, {}) == {}
+    assert node_module.told_by(run, Robot(), own, dict) == {}
+
+
+def test_a_number_that_no_robot_can_be_told_costs_no_work():
+    class Robot:
+        def own_numbers(self):
+            return node_module.OwnNumbers(drift_factor=0)
+
+    run = HeldRun()
+    own, counted = node_module.OwnNumbers(drift_factor=0), Factors(1.0, 1.0, 0.02)
+    assert node_module.told_by(run, Robot(), own, lambda: numbers_to_tell(counted, MODEL, own, 1e-8)) == {}
+    assert "Not told: " in run.said[0] and "drift_factor is -2000000; legal: " in run.said[0]
+
+
+def test_a_model_is_written_by_its_own_name_however_somebody_typed_it():
+    given = parser().parse_args(["--bag", "x.bag", "--model", "P3DX-SH"])
+    assert node_module.subject_of_bag("", given).model.subtype == "p3dx-sh"
+
+
+class Answers:
+    """A terminal with the same answer to everything but where the marks are."""
+
+    def __init__(self, answer):
+        self.answer, self.said = answer, []
+
+    def say(self, text):
+        self.said.append(text)
+
+    def ask(self, question):
+        return "" if "in cm? [" in question else self.answer
+
+
+def bag_of_a_line(path):
+    with rosbag.Bag(str(path), "w") as bag:
+        for number, x in enumerate([0.0] * 60 + [0.04 * step for step in range(80)] + [3.2] * 60):
+            message = Odometry()
+            message.header.stamp = rospy.Time.from_sec(1.0 + 0.1 * number)
+            message.pose.pose.position.x, message.pose.pose.orientation.w = x, 1.0
+            bag.write("/pioneer/pose", message, message.header.stamp)
+    return str(path)
+
+
+def test_a_bag_whose_runs_are_all_passed_over_writes_no_file(tmp_path):
+    given = parser().parse_args(["--bag", bag_of_a_line(tmp_path / "x.bag"), "--model", "p3dx-sh",
+                                 "--file", str(tmp_path / "my file.yaml")])
+    with pytest.raises(UsageError, match="all runs of .*x.bag were passed over"):
+        node_module.on_bag(Answers("-"), given)
+    assert [path.name for path in tmp_path.iterdir()] == ["x.bag"]
+    person = Answers("322 1")
+    node_module.on_bag(person, given)
+    assert "models_file:='%s'" % (tmp_path / "my file.yaml") in person.said[-1]     # as a shell takes it
+
+
+def test_a_bag_without_poses_says_so(tmp_path):
+    with rosbag.Bag(str(tmp_path / "x.bag"), "w"):
+        pass
+    with pytest.raises(UsageError, match="has no poses of a robot: record its topic pose"):
+        node_module.on_bag(Answers("-"), parser().parse_args(["--bag", str(tmp_path / "x.bag")]))
+
+
+@pytest.mark.parametrize("options, said", [
+    (["--model", "p3dx"], "--model counts with --bag only"), (["--drift-unit", "0.1"], "with --tell-robot only"),
+    (["--models-file", "x"], "with --bag only"), (["--bag", "x", "--tell-robot"], "--tell-robot needs a robot"),
+    (["--side", "-1"], "side is -1.0: give 0 or a number from 0.5 to 10"), (["--file", ""], "'' cannot be written"),
+    (["--bag", ""], ": no such file")])
+def test_options_that_would_be_ignored_are_refused(options, said, monkeypatch, tmp_path, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.argv", ["calibrate", *options])
+    with open(os.devnull, encoding="utf-8") as none:
+        monkeypatch.setattr("sys.stdin", none)
+        assert node_module.main() != 0
+    assert said in capsys.readouterr().err

@@ -10,6 +10,7 @@ from pioneer_control.calibration.estimate import STRANGE, check, estimate, stran
 from pioneer_control.calibration.plan import line, plan_of, square, turns
 from pioneer_control.calibration.runs import Tape
 from pioneer_control.calibration.tracks import Factors
+from pioneer_control.calibration.words import result
 from pioneer_control.errors import CalibrationError
 
 ALL = plan_of().runs
@@ -59,6 +60,7 @@ def test_the_gyro():
     made = [run_of(turns(count), WRONG, gyro=2 * math.pi * count * WRONG.turn * 1.05) for count in (1, -1, 5, -5)]
     found = estimate(made, RAD_PER_METRE)
     assert found.gyro == pytest.approx(1 / 1.05, abs=1e-6) and 0 < found.gyro_deviation < 0.001
+    assert "turns less than its gyro measures" in result(found, RAD_PER_METRE)
 
 
 def test_how_sure_it_is_holds():

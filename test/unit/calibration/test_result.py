@@ -89,11 +89,28 @@ def test_the_file_is_read_by_the_driver_and_keeps_what_was_there(tmp_path):
 def test_what_is_there_is_never_overwritten(tmp_path):
     there = tmp_path / "there.yaml"
     there.write_text("models: {}\n", encoding="utf-8")
-    for path, reason in ((there, "is there already"), (tmp_path / "no" / "x.yaml", "there is no folder")):
+    for path, reason in ((there, "is there already"), (tmp_path / "no" / "x.yaml", "No such file or directory")):
         with pytest.raises(UsageError, match=reason):
             write_models_file(str(path), "p3dx", {"turn_factor": 1.0})
     with pytest.raises(UsageError, match="is there already"):
         check_new_file(str(there))
+
+
+@pytest.mark.parametrize("path", ["", "/proc/x.yaml", "x" * 300])
+def test_a_name_that_cannot_be_written_is_refused_before_anything_is_driven(path):
+    """Root has the right to write anywhere, and cannot all the same."""
+    with pytest.raises(UsageError, match="'%s' cannot be written" % path):
+        check_new_file(path)
+
+
+def test_a_disk_that_is_full_is_told(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(yaml, "safe_dump", lambda *_, **__: full())
+    with pytest.raises(UsageError, match="new.yaml cannot be written: No space left on device"):
+        write_models_file(str(tmp_path / "new.yaml"), "p3dx", {"turn_factor": 1.0})
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_values_that_no_driver_reads_are_not_written(tmp_path):
