@@ -162,7 +162,7 @@ def _table(content: Dict[str, Dict[str, Any]], source: str) -> ModelTable:
     gripper = GripperShape(**_converted("%s: gripper" % source, content["gripper"], GRIPPER_KEYS))
     models = {name: _model(name, content, gripper, source) for name in content["models"]}
     for alias, name in content["aliases"].items():
-        if name not in models:
+        if name not in list(models):
             raise UsageError("%s: alias %s names the model %r, which is not in the table" % (source, alias, name))
     return ModelTable(models, dict(content["aliases"]),
                       {name.lower(): reason for name, reason in content["excluded"].items()})
@@ -198,6 +198,10 @@ def _read(path: str) -> Dict[str, Dict[str, Any]]:
             raise UsageError("models file %s: unknown section %r (legal: %s)" % (path, section, ", ".join(SECTIONS)))
         if not isinstance(values, dict):
             raise UsageError("models file %s: section %s must be a mapping, not %r" % (path, section, values))
+        for name in values:
+            if not isinstance(name, str):
+                raise UsageError("models file %s: %s: a name must be a text, not %r: write it in quotes" % (
+                    path, section, name))
     return {section: content.get(section, {}) for section in SECTIONS}
 
 
@@ -214,7 +218,7 @@ def _merged(own: Dict[str, Dict[str, Any]], user: Dict[str, Dict[str, Any]], sou
     for name, values in user["models"].items():
         if not isinstance(values, dict):
             raise UsageError("models file %s: model %s must be a mapping, not %r" % (source, name, values))
-        merged["models"][name] = dict(own["models"].get(name, {}), **values)
+        merged["models"][name] = {**own["models"].get(name, {}), **values}
     return merged
 
 
@@ -236,17 +240,19 @@ def _resolved(name: str, models: Dict[str, Dict[str, Any]], source: str, seen: T
     base = values.pop("like", None)
     if base is None:
         return values
-    if base not in models:
+    if base not in list(models):
         raise UsageError("%s: model %s is like %r, which is not in the table" % (source, name, base))
-    return dict(_resolved(base, models, source, seen + (name,)), **values)
+    return {**_resolved(base, models, source, seen + (name,)), **values}
 
 
 def _model(name: str, content: Dict[str, Dict[str, Any]], gripper: GripperShape, source: str) -> RobotModel:
     """Return the model ``name`` from the sections of a models file. Raises UsageError when a value is not legal."""
     where = "%s: model %s" % (source, name)
-    values = dict(DEFAULTS, **_resolved(name, content["models"], source))
-    sonar, laser, shape = values.pop("sonar", ()), values.pop("laser", "none"), values.pop("shape", "box")
+    values = {**DEFAULTS, **_resolved(name, content["models"], source)}
+    sonar, laser, shape = values.pop("sonar", None), values.pop("laser", "none"), values.pop("shape", "box")
     fields = _converted(where, values, MODEL_KEYS)
+    if sonar is None:
+        raise UsageError("%s lacks sonar: the name of a layout, a list of poses, or [] for none" % where)
     return RobotModel(subtype=name, sonar=tuple(_transducers(where, sonar, content["sonar_layouts"])),
                       gripper=gripper, laser=_laser("%s: laser" % where, laser),
                       shape=_shape(where, shape, content["shapes"]), **fields)
@@ -296,7 +302,7 @@ def _transducers(where: str, sonar: Any, layouts: Dict[str, Any]) -> Iterator[Tr
             continue
         if not isinstance(pose, list) or len(pose) != 3:
             raise UsageError("%s: sonar %d must be [x_mm, y_mm, heading_deg] or null, not %r" % (where, number, pose))
-        x_mm, y_mm, heading_deg = (_checked(where, "sonar %d" % number, value, Number(-1e5)) for value in pose)
+        x_mm, y_mm, heading_deg = (_checked(where, "sonar %d" % number, value, Number(-1e4, 1e4)) for value in pose)
         yield Transducer(number, _metres(x_mm), _metres(y_mm), math.radians(heading_deg))
 
 
