@@ -94,6 +94,7 @@ class RobotOnTopics:
     """
 
     def __init__(self, namespace: str, terminal: Terminal) -> None:
+        self._pioneer = Pioneer(namespace)
         prefix = namespace.rstrip("/") + "/"
         self._terminal = terminal
         self._news: Deque[Any] = deque()
@@ -103,7 +104,6 @@ class RobotOnTopics:
             rospy.Subscriber(prefix + topic, kind, self._keep, kind, queue_size=1)
         rospy.Subscriber(prefix + "pose", Odometry, self._news.append)
         rospy.Subscriber(prefix + "imu", Imu, self._news.append)
-        self._pioneer = Pioneer(namespace)
         self._pioneer.wait_until_ready()
 
     def _keep(self, message: Any, kind: type) -> None:

@@ -17,6 +17,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Optional, Sequence, Tuple, Union
 
 import rospy
+from rosgraph.names import is_legal_name
 
 from ..errors import NoAnswerError, NotConfirmedError, RefusedError, UsageError
 from ..floor_poses import Pose
@@ -65,14 +66,17 @@ class Pioneer:
                 both, each wander decides on the same sensor messages as in the recorded run.
 
         Raises:
-            UsageError: the program is no node yet, the speed is not greater than 0, or the seed is not a whole number
-                of 64 bits.
+            UsageError: the program is no node yet, the namespace is no name of ROS, the speed is not greater than 0, or
+                the seed is not a whole number of 64 bits.
             UnknownModelError: the table of models has no such model.
         """
         if not rospy.rostime.is_rostime_initialized():
             raise UsageError(
                 'this program is no ROS node yet: before Pioneer("%s"), call init_node("my_robot"), '
                 "from pioneer_control.ros_node" % namespace)
+        if not is_legal_name(namespace):
+            raise UsageError("the namespace of the robot is %r: give letters, digits, _ and /, such as pioneer"
+                             % namespace)
         self._prefix = namespace.rstrip("/") + "/" if namespace else ""
         self._speed = _number("speed", speed, "m/s", above=0)
         self._seed = int(time.time()) if seed is None else _whole("seed", seed)

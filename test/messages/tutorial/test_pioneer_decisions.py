@@ -189,6 +189,12 @@ def test_a_program_that_is_no_node_is_told_how_to_become_one(ros):
         rospy.rostime.set_rostime_initialized(True)
 
 
+@pytest.mark.parametrize("namespace", ["my robot", "1a", "a//b"])
+def test_a_name_that_ros_does_not_know_is_refused(ros, namespace):
+    with pytest.raises(UsageError, match="the namespace of the robot is '%s': give letters" % namespace):
+        Pioneer(namespace)
+
+
 def test_one_decision_for_each_sonar_message_by_queues_that_lose_none(started, packets, wanted):
     graph, _ = started()
     unbounded = {name: size for name, size in graph.queues.items() if not size}
