@@ -1,6 +1,7 @@
 """The commands ``install_service`` and ``uninstall_service``."""
 
 import argparse
+import glob
 import os
 import pwd
 import shlex
@@ -11,7 +12,7 @@ from typing import Dict, List, Mapping, Optional, Sequence
 from ..errors import PioneerError, UsageError
 from .installed import InstalledFiles
 from .launched import checked
-from .unit import LOCAL_MASTER, UNIT, Service, command, environment, unit_texts
+from .unit import LOCAL_MASTER, UNIT, Service, command, environment, master_command, unit_texts
 
 DEFAULT_LAUNCH = ("pioneer_control", "pioneer.launch", "port:=/dev/pioneer")
 RULES = "/etc/udev/rules.d/99-pioneer.rules"
@@ -87,7 +88,7 @@ def install(service: Service, files: Mapping[str, str], installed: InstalledFile
     """Write the files of a service, and start it.
 
     Raises:
-        UsageError: another service has this name, or the launch file may not run at boot.
+        UsageError: another service has this name, or its master this port, or the launch file may not run at boot.
         ServiceError: the user does not exist or may not read the workspace, or a command failed.
     """
     foreign = installed.foreign(files)
@@ -96,6 +97,12 @@ def install(service: Service, files: Mapping[str, str], installed: InstalledFile
                if os.path.exists(path)]
     if others:
         raise UsageError("there is another service of this name: %s. Choose a --name" % others[0])
+    port = master_command(service)[-1]
+    for path in glob.glob(UNIT % "*-master") if service.master_name else ():
+        with open(path, encoding="utf-8") as file:
+            if path != UNIT % service.master_name and "roscore -p %s\n" % port in file.read():
+                raise UsageError("%s starts a master at port %s, too: give another --master, such as"
+                                 " http://localhost:11312" % (path, port))
     for stranger in check(service):
         print("note: it starts %s, too: whether that asks for motors is not known here" % stranger)
     if RULES in foreign:

@@ -17,6 +17,7 @@ from pioneer_control.errors import UsageError
 from pioneer_control.service import command_line
 from pioneer_control.service.installed import InstalledFiles
 from pioneer_control.service.launched import checked, main, prune
+from pioneer_control.service.unit import Service, unit_texts
 
 LIMIT = 60.0
 DRIVER = '<node pkg="pioneer_control" type="p2os_driver" name="p2os" required="true">%s</node>'
@@ -145,6 +146,23 @@ def test_print_checks_the_launch_file(capsys):
     assert command_line.main_install(["--print", "--user", "ada", "pioneer.launch", "prt:=x"]) == 2
     said = capsys.readouterr()
     assert "has no argument 'prt'; did you mean port?" in said.err and not said.out
+
+
+def test_two_services_have_two_masters(monkeypatch, tmp_path):
+    """At one master the second driver would end the first, which has the same name."""
+    texts = unit_texts(Service(("x.launch",), "root"))
+    monkeypatch.setattr(command_line, "UNIT", str(tmp_path / "%s.service"))
+    monkeypatch.setattr(command_line, "check", lambda service: pytest.fail("it goes on"))
+    for path, text in texts.items():
+        (tmp_path / os.path.basename(path)).write_text(text)
+    installed = InstalledFiles("second", str(tmp_path / "root"))
+    second = Service(("x.launch",), "root", name="second")
+    with pytest.raises(UsageError, match="pioneer-master.service starts a master at port 11311, too: give another"):
+        command_line.install(second, {}, installed)
+    for other in (second._replace(master="http://localhost:11312"), second._replace(master="http://desk:11311"),
+                  second._replace(name="pioneer")):
+        with pytest.raises(pytest.fail.Exception, match="it goes on"):
+            command_line.install(other, {}, installed)
 
 
 def test_a_service_whose_files_somebody_removed_is_uninstalled_all_the_same(monkeypatch, capsys, tmp_path):
