@@ -51,15 +51,18 @@ class LaserParameters:
     """The checked private parameters of the laser's node. What a laser keeps is not touched unless it is asked for."""
 
     port: str = parameter("/dev/lms200", Text(), "serial device, or socket://host:port")
-    baud: int = parameter(38400, Choice(tuple(SPEEDS)), "speed of a serial line while the laser measures; it is found"
-                          " at any", "baud")
-    angle: int = parameter(0, Choice((0, 100, 180)), "how wide it looks; 0: as it does", "deg")
-    resolution: float = parameter(0.0, Choice((0.0, 0.25, 0.5, 1.0)), "between two rays; 0: as it is", "deg")
-    units: str = parameter("", Choice(tuple(UNITS)), "cm measures to 80 m, mm to 8 m; empty: as it does")
-    measuring_mode: int = parameter(KEEP, Choice((KEEP, *MODES)), "what the bits of a value are; -1: as it is")
+    baud: int = parameter(38400, Choice(tuple(SPEEDS)), "speed of a serial line while the laser measures; the laser is"
+                          " found at any", "baud")
+    angle: int = parameter(0, Choice((0, 100, 180)), "field of view; 0: leave it as it is", "deg")
+    resolution: float = parameter(0.0, Choice((0.0, 0.25, 0.5, 1.0)), "angle between two rays; 0: leave it as it is",
+                                  "deg")
+    units: str = parameter("", Choice(tuple(UNITS)), "mm: ranges to 8 m; cm: to 80 m; empty: leave it as it is")
+    measuring_mode: int = parameter(KEEP, Choice((KEEP, *MODES)), "what the bits of a value mean: docs/laser.md; -1:"
+                                    " leave it as it is")
     write: bool = parameter(False, Switch(), "units and measuring_mode may be written to the laser's EEPROM, if they"
                             " differ; it lasts for a few thousand writes")
-    password: str = parameter(PASSWORD.decode("ascii"), Text(), "of the laser, for this: eight characters")
+    password: str = parameter(PASSWORD.decode("ascii"), Text(), "the laser's password, eight characters; used only"
+                              " to write")
     inverted: Optional[bool] = parameter(None, AutoSwitch(), "the laser hangs upside down; auto: as the model in place"
                                          " says, else not")
     place: Union[Coordinates, str, None] = parameter(
@@ -72,7 +75,8 @@ class LaserParameters:
     no_echo: str = parameter("inf", Choice(("inf", "max")), "range where nothing is in sight: inf, or a little less"
                              " than range_max")
     record: str = parameter("", Text(empty=True), "file for every byte of the line, for a bug report; empty: none")
-    power_on: float = parameter(65.0, Number(0.0, 600.0), "so long a laser may take until it answers", "s")
+    power_on: float = parameter(65.0, Number(0.0, 600.0), "how long a laser may take from power on until it answers",
+                                "s")
 
     @property
     def laser_frame(self) -> str:
