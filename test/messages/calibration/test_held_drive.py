@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 from collections import deque
 
 import pytest
@@ -16,6 +17,7 @@ from pioneer_control.calibration.node import REPEAT, UNMOVED, HeldDrive, parser,
 from pioneer_control.calibration.plan import AheadLeg
 from pioneer_control.calibration.result import numbers_to_tell
 from pioneer_control.calibration.tracks import Factors
+from pioneer_control.calibration.words import begin
 from pioneer_control.errors import CalibrationError, UsageError
 from pioneer_control.floor_poses import Pose
 from pioneer_control.robots import find_model
@@ -140,6 +142,11 @@ def test_the_plans_of_the_command_line():
     quick = plan_given(parser().parse_args(["--quick", "--line", "3"]))
     assert [each.turns for each in quick.runs] == [1, -1, 0] and len(quick.proof) == 1
     assert len(plan_given(parser().parse_args([])).runs) == 14
+
+
+def test_help_and_beginning_say_the_same_time_for_a_quick_calibration():
+    minutes = re.search(r"and (\d+ minutes)", begin(plan_given(parser().parse_args(["--quick"])).runs)).group(1)
+    assert minutes in " ".join(parser().format_help().split())
 
 
 def test_a_robot_that_does_not_take_its_numbers_costs_no_work():
