@@ -102,8 +102,8 @@ class DriverParameters:
     link_check: bool = parameter(
         True, Switch(), "ask the robot a few times a second while it is driven, to see whether commands arrive")
     use_sonar: bool = parameter(True, Switch(), "sonar on; false: off, and no sonar topic is fed")
-    laser_power: bool = parameter(False, Switch(), "the robot's supply of a laser on with each connection; false: as it"
-                                  " is")
+    laser_power: bool = parameter(False, Switch(), "the robot gives its laser power at each connection; false: leave it"
+                                  " as it is")
     max_xspeed: float = parameter(0.5, Number(0.01, 3.0), "no forward or backward command goes beyond", "m/s",
                                   live=True)
     max_yawspeed: float = parameter(1.745, Number(0.02, 6.3), "no turn goes beyond", "rad/s", live=True)
@@ -149,7 +149,7 @@ class DriverParameters:
     ptz_port: str = parameter("aux1", Text(), "where the camera is: aux1 to aux3 of the robot, a serial device, or"
                               " socket://host:port")
     ptz_cabling: str = parameter("auto", Choice(tuple(each.value for each in Cabling)), "whether the camera's answers"
-                                 " arrive: auto: find out")
+                                 " arrive; auto: find out")
     ptz_inverted: bool = parameter(False, Switch(), "the camera hangs upside down")
     ptz_power_off_at_end: bool = parameter(False, Switch(), "the camera goes home and is switched off when the driver"
                                            " ends")
@@ -159,7 +159,7 @@ class DriverParameters:
                                             " to ptz_base_link and camera; empty: no tf", "m")
     ptz_fov_wide: float = parameter(WIDE_DEG, Number(1.0, 120.0), "horizontal field of view at zoom 0, for ptz_view",
                                     "deg")
-    ptz_fov_tele: float = parameter(TELE_DEG, Number(0.1, 120.0), "the same at the other end, zoom 1960", "deg")
+    ptz_fov_tele: float = parameter(TELE_DEG, Number(0.1, 120.0), "horizontal field of view at zoom 1960", "deg")
     use_arm: bool = parameter(False, Switch(), "there is a Pioneer Arm; it gets no power before somebody asks")
     arm_layout: str = parameter("auto", Choice(("auto", *LAYOUTS)), "layout of its status packets; auto: find out")
     arm_signs: Tuple[int, ...] = parameter(
