@@ -187,7 +187,7 @@ def run_device(check: Callable[[Mapping[str, Any]], Tuple[Any, List[str]]], make
             rospy.logwarn("%s", warning)
         node = make(parameters)
     except PioneerError as error:
-        advice = " (What an earlier start was given stays until: rosparam delete %s)" % rospy.get_name()
+        advice = " (The master keeps old parameters until you type: rosparam delete %s)" % rospy.get_name()
         rospy.logfatal("%s%s", error, advice if isinstance(error, ParameterError) else "")
         return 2
     return int(node.run())

@@ -91,7 +91,7 @@ def main() -> int:
         model, parts = fitted(parameters, info)
         rospy.set_param("robot_description", describe(model, parts, parameters.frame_prefix))
     except PioneerError as error:
-        advice = " (What an earlier start was given stays until: rosparam delete %s)" % rospy.get_name()
+        advice = " (The master keeps old parameters until you type: rosparam delete %s)" % rospy.get_name()
         rospy.logfatal("%s%s", error, advice if isinstance(error, ParameterError) else "")
         return 2
     return _become(model.subtype)

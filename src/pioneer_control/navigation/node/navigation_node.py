@@ -387,7 +387,8 @@ def main() -> int:
                           rows * floor.grid.resolution, ", ".join(floor.goals) or "none")
         node = NavigationNode(parameters, floor, robot_info(), numbers, saver)
     except PioneerError as error:
-        rospy.logfatal("%s (What an earlier start was given stays until: rosparam delete %s)", error, rospy.get_name())
+        rospy.logfatal("%s (The master keeps old parameters until you type: rosparam delete %s)", error,
+                       rospy.get_name())
         return 2
     except rospy.ROSInterruptException:
         return 0
