@@ -25,6 +25,8 @@ SILENCE = -1
 """`Reply.kind` when no answer came in time, though this camera answers."""
 UNHEARD = -2
 """`Reply.kind` when the camera never answers: what it did is not known."""
+OVERTAKEN = -3
+"""`Reply.kind` when no answer came in time, and a stop waits: it goes first, and what the camera did is not known."""
 
 
 class Say(NamedTuple):
@@ -51,7 +53,7 @@ class Reply(NamedTuple):
     """What came back.
 
     Attributes:
-        kind: an `AnswerKind` or another first digit of the error byte, SILENCE, or UNHEARD.
+        kind: an `AnswerKind` or another first digit of the error byte, SILENCE, UNHEARD, or OVERTAKEN.
         values: the values that were asked for.
         time: when it came (s).
     """
@@ -63,7 +65,7 @@ class Reply(NamedTuple):
     @property
     def is_well(self) -> bool:
         """Whether the camera accepted the command, as far as anybody can know."""
-        return self.kind in (AnswerKind.ACCEPTED, UNHEARD)
+        return self.kind in (AnswerKind.ACCEPTED, UNHEARD, OVERTAKEN)
 
 
 STOPS = {"ASK_POSITION": Say("STOP"), "ASK_ZOOM": Say("ZOOM_RUN", (0,))}

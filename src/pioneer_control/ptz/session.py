@@ -12,8 +12,8 @@ from ..errors import RefusedError
 from ..vcc4 import (ANSWER_BEGIN, CAMERA_COMMANDS, SHORTEST_ANSWER, ZOOM_MOST, AnswerKind, CameraDecoder,
                     answer_values, decode_answer, encode_camera_command)
 from ..vcc4.framing import ERROR_DIGITS
-from .conversation import (SILENCE, UNHEARD, CameraError, Conversation, Reply, Say, Step, serving, starting,
-                           switching_off)
+from .conversation import (OVERTAKEN, SILENCE, STOPS, UNHEARD, CameraError, Conversation, Reply, Say, Step, serving,
+                           starting, switching_off)
 from .settings import Cabling, CameraSettings
 from .wishes import CameraMove, KnownCamera, Wishes
 
@@ -169,8 +169,17 @@ class CameraSession:
         self._wish(now)
 
     def stop(self, now: float) -> None:
-        """Stop pan, tilt and zoom, and forget where to go. Raises RefusedError as `look` does."""
-        self._check_ready("stop")
+        """Stop pan, tilt and zoom, and forget where to go.
+
+        A camera that has failed may turn all the same: it is told to stop at once, whether it answers or not. Raises
+        RefusedError, with the reason, when the camera is off or being switched off, or has no line.
+        """
+        if self.phase is not CameraPhase.FAILED:
+            self._check_ready("stop")
+        if self.phase is not CameraPhase.READY:
+            self._output += [Exchange(encode_camera_command(say.name, *say.values), False) for say in STOPS.values()]
+        if self.phase is CameraPhase.FAILED:
+            return
         self._commanded = self._zoom_commanded = None
         self._wishes.stop = True
         self._wishes.moves.clear()
@@ -259,6 +268,8 @@ class CameraSession:
             self._start(now)
         elif not isinstance(self._step, Say) or self._camera.cabling is Cabling.ONE_WAY:
             self._advance(Reply(UNHEARD, (), now), now)
+        elif self._wishes.stop and self.phase is CameraPhase.READY and self._step not in STOPS.values():
+            self._advance(Reply(OVERTAKEN, (), now), now)       # it may be what turns the camera: never once more
         elif self._tries < (FIRST_TRIES if self._camera.cabling is Cabling.AUTO else TRIES):
             self._repeated += 1
             self._do(now)
