@@ -15,7 +15,8 @@ class CameraRig:
     """
 
     def __init__(self, kind="vcc4", answers=True, **settings):
-        self.session = CameraSession(CameraSettings(model=kind, **settings))
+        self.held = False
+        self.session = CameraSession(CameraSettings(model=kind, **settings), lambda: self.held)
         self.camera = SimulatedCamera(kind, answers)
         self.now = 0.0
         self.heard = []

@@ -117,6 +117,44 @@ def test_a_camera_that_has_failed_is_told_to_stop_all_the_same(rig):
         assert not bad.camera.pan.is_moving and bad.session.phase is phase
 
 
+@either
+def test_a_camera_that_is_held_is_not_initialised(rig):
+    """The initialisation would turn it."""
+    rig = rig()
+    rig.held = True
+    rig.run(10.0)
+    assert "58 30" not in rig.heard and not rig.camera.is_initialised
+    assert "nothing may turn it" in rig.session.report.problem
+    rig.held = False
+    rig.ready()
+    assert rig.camera.is_initialised and rig.session.report.problem == ""
+
+
+@either
+def test_a_camera_that_turns_and_is_held_is_stopped_when_its_line_is_back(rig):
+    rig = rig(pan_speed=8).ready()
+    rig.session.look(800, 0, rig.now)
+    rig.run(1.0)
+    rig.session.line_down("the cable is out")
+    rig.held = True
+    rig.run(1.0)
+    assert rig.camera.pan.is_moving
+    rig.session.line_up(rig.now)
+    rig.ready()
+    assert rig.rests()[0] == rig.camera.pan.position < 100
+
+
+@either
+def test_a_camera_that_is_held_is_switched_off_where_it_looks(rig):
+    rig = rig().ready()
+    rig.session.look(400, 0, rig.now)
+    rig.rests()
+    rig.held = True
+    rig.session.power(False, rig.now)
+    rig.until(lambda: not rig.camera.is_on)
+    assert not [words for words in rig.heard[-6:] if words.startswith("62 38 30 30 30")]
+
+
 def test_a_stop_forgets_a_target_that_the_camera_was_too_busy_for():
     rig = DirectRig().ready()
     rig.camera.fail(busy=True)

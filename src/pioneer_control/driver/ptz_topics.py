@@ -29,7 +29,7 @@ from ..ptz.view import ABOVE_FOOT, Place3, counts_of_joints, frustum, joints, or
 from ..vcc4 import ZOOM_MOST, count_of, field_of_view
 from .parameters import DriverParameters
 from .publications import QUEUE, stamped
-from .requests import OfferedService, Requests, SubscribedTopic, unless_locked
+from .requests import STOP_ALL, OfferedService, Requests, SubscribedTopic, unless_locked
 
 JOINTS = ("ptz_pan_joint", "ptz_tilt_joint")
 BASE_FRAME, CAMERA_FRAME = "ptz_base_link", "camera"
@@ -54,7 +54,7 @@ class PtzTopics:
     def __init__(self, parameters: DriverParameters, settings: CameraSettings,
                  locks: Callable[[], Tuple[str, ...]]) -> None:
         self._parameters, self._locks = parameters, locks
-        self._session = CameraSession(settings)
+        self._session = CameraSession(settings, lambda: STOP_ALL in locks())
         port = aux_port_of(parameters.ptz_port)
         self.line_devices: List[LineDevice] = [] if port is None else [AuxCamera(self._session, port)]
         self.line = CameraLine(parameters.ptz_port, self._session, self.changed) if port is None else None

@@ -6,7 +6,7 @@ its command. `session` carries the steps out. (Camera sheet 5, 6.)
 
 import math
 from itertools import cycle
-from typing import Any, Collection, Generator, NamedTuple, Tuple, Union
+from typing import Any, Callable, Collection, Generator, NamedTuple, Tuple, Union
 
 from ..errors import LinkError
 from ..vcc4 import AnswerKind, CameraStatus
@@ -17,6 +17,7 @@ SETTLE = 0.3            # s that a camera which never answers gets after each co
 POWER_SETTLES = 4.5     # s after power on
 INIT_SETTLES = 5.0      # s after the initialisation
 FIRST_BACK_OFF, LONGEST_BACK_OFF = 0.1, 1.0     # s between two tries while it is busy
+HELD_POLL = 0.2         # s between two looks whether it may turn again
 PATIENCE = 10.0         # s for which it may be busy or starting
 WATCHING = 0.25         # s between two questions while it moves. At the slowest speed it moves two counts meanwhile
 POLLING = 2.0           # s between two questions while it rests
@@ -96,11 +97,13 @@ def why(say: Say, kind: int) -> str:
     return "%s: %s" % (command, REASONS.get(kind, "error %X, which nobody has explained" % kind if kind >= 0 else ""))
 
 
-def starting(settings: CameraSettings, camera: KnownCamera) -> Conversation:
+def starting(settings: CameraSettings, camera: KnownCamera, held: Callable[[], bool]) -> Conversation:
     """Take control, give power, initialise, and set speeds and range: host, power, host, init, speeds, range.
 
     What a camera says is done already is left out: one that is on and initialised keeps looking where it looks. One
     that refuses the speeds or the range has its own: where it is within them it turns all the same.
+
+    While it is ``held``, nothing turns it: it is stopped, and its initialisation waits.
 
     Raises:
         CameraError: the camera does not become ready.
@@ -115,7 +118,12 @@ def starting(settings: CameraSettings, camera: KnownCamera) -> Conversation:
         yield from _insist(Say("CONTROL", (0,)), camera)
         knows = False
     camera.has_power = None if camera.cabling is Cabling.ONE_WAY else True
+    if held():
+        for stop in STOPS.values():
+            yield stop
     if not knows or status.values[0] & CameraStatus.NEVER_INITIALISED:
+        while held():
+            yield Hold(HELD_POLL)
         yield from _insist(Say("INITIALISE", (0,), INIT_SETTLES), camera)
         camera.position = (0, 0)
         if camera.cabling is Cabling.TWO_WAY:
@@ -157,16 +165,20 @@ def serving(camera: KnownCamera, wishes: Wishes) -> Conversation:
                 yield from _ask(next(questions), camera)
 
 
-def switching_off(camera: KnownCamera, wishes: Wishes) -> Conversation:
-    """Send it home, zoom out, and switch it off. It need not arrive before.
+def switching_off(camera: KnownCamera, wishes: Wishes, held: Callable[[], bool]) -> Conversation:
+    """Send it home, zoom out, and switch it off. It need not arrive before. One that is ``held`` is stopped instead.
 
     Raises:
         CameraError: the camera does not obey.
     """
     wishes.stop = False
-    wishes.moves.update(ASK_POSITION=CameraMove("GO_TO", (0, 0)), ASK_ZOOM=CameraMove("ZOOM_TO", (0,)))
-    for question in STOPS:
-        yield from _move(question, camera, wishes)
+    if not held():
+        wishes.moves.update(ASK_POSITION=CameraMove("GO_TO", (0, 0)), ASK_ZOOM=CameraMove("ZOOM_TO", (0,)))
+    for question, stop in STOPS.items():
+        if held():
+            yield stop
+        else:
+            yield from _move(question, camera, wishes)
     yield from _insist(Say("POWER", (0,)), camera)
     camera.has_power = None if camera.cabling is Cabling.ONE_WAY else False
 

@@ -6,7 +6,7 @@ sends it again when no answer comes, finds out whether this camera answers at al
 
 import enum
 import math
-from typing import List, NamedTuple, Optional, Tuple
+from typing import Callable, List, NamedTuple, Optional, Tuple
 
 from ..errors import RefusedError
 from ..vcc4 import (ANSWER_BEGIN, CAMERA_COMMANDS, SHORTEST_ANSWER, ZOOM_MOST, AnswerKind, CameraDecoder,
@@ -25,6 +25,10 @@ FIRST_TRIES = 4
 """How often the first command is sent. If the camera answers none of these, it never answers (sheet 1)."""
 AGAIN = 5.0
 """Time (s) from a failure to the next start."""
+
+
+HELD = "; nothing may turn it now, so it is not initialised yet"
+"""What is said of a camera that starts while it is held."""
 
 
 class CameraPhase(enum.Enum):
@@ -98,10 +102,12 @@ class CameraSession:
 
     Args:
         settings: what is asked of the camera.
+        held: function that returns whether it must stand, whoever wishes what: then it is not initialised, and does not
+            go home before it is switched off, as both turn it.
     """
 
-    def __init__(self, settings: CameraSettings) -> None:
-        self.settings = settings
+    def __init__(self, settings: CameraSettings, held: Callable[[], bool] = lambda: False) -> None:
+        self.settings, self._held = settings, held
         self.due = math.inf
         """When `tick` must be called at the latest (s)."""
         self.phase = CameraPhase.NO_LINE
@@ -285,10 +291,11 @@ class CameraSession:
         camera = self._camera
         pan, tilt = (None, None) if camera.position is None else self._turned(camera.position)
         is_wanted = bool(camera.watched or self._wishes.moves)
+        waits = HELD if self.phase is CameraPhase.STARTING and self._held() else ""
         return CameraReport(
             self.phase, camera.cabling, pan, tilt, camera.zoom, camera.position_at,
             is_wanted and self.phase is CameraPhase.READY and camera.cabling is Cabling.TWO_WAY, camera.has_power,
-            "" if self.phase is CameraPhase.READY else self._problem, camera.last_error,
+            "" if self.phase is CameraPhase.READY else self._problem + waits, camera.last_error,
             self._answered_at, self._answers, self._repeated, self._decoder.counts.discarded_bytes)
 
     # -- inside
@@ -311,11 +318,11 @@ class CameraSession:
 
     def _start(self, now: float) -> None:
         self._leave(CameraPhase.STARTING, "it is starting")
-        self._begin(starting(self.settings, self._camera), now)
+        self._begin(starting(self.settings, self._camera, self._held), now)
 
     def _switch_off(self, now: float) -> None:
         self._leave(CameraPhase.SWITCHING_OFF, "it is being switched off")
-        self._begin(switching_off(self._camera, self._wishes), now)
+        self._begin(switching_off(self._camera, self._wishes, self._held), now)
 
     def _leave(self, phase: CameraPhase, problem: str) -> None:
         """End the present conversation, and forget all wishes."""

@@ -226,6 +226,23 @@ def test_stop_all_stops_the_camera_and_refuses_what_would_turn_it(run):
     assert not bottle.home.success and not bottle.power.success
 
 
+def test_under_stop_all_a_camera_that_gets_power_again_is_not_initialised(run):
+    def script(bottle):
+        yield from bottle.ready()
+        bottle.send("stop_all", Bool(True))
+        bottle.camera.supply(False)
+        yield from bottle.wait(6.0)
+        bottle.camera.supply(True)
+        yield from bottle.wait(12.0)
+        bottle.while_locked = bottle.camera.is_initialised
+        bottle.send("stop_all", Bool(False))
+        yield from bottle.wait(8.0)
+
+    bottle = run(script)
+    assert not bottle.while_locked and bottle.camera.is_initialised
+    assert bottle.says("nothing may turn it now")
+
+
 def test_a_robot_in_a_dock_may_look_around(run):
     def script(bottle):
         yield from bottle.ready()
