@@ -486,6 +486,18 @@ def test_the_end_leaves_it_on_unless_it_is_to_be_off(rig):
     assert goes.session.ended
 
 
+@either
+def test_a_camera_that_moves_at_the_end_is_stopped(rig):
+    rig = rig(pan_speed=100).ready()
+    rig.session.look(800, 0, rig.now)
+    rig.session.zoom_to(1900, rig.now)
+    rig.run(1.0)
+    rig.session.end(rig.now)
+    assert rig.session.ended
+    place = rig.run(0.5).true_place
+    assert rig.run(3.0).true_place == place and 50 < place[0] < 200
+
+
 def test_the_end_of_a_silent_camera_comes_anyway():
     rig = DirectRig(power_off_at_end=True).ready()
     rig.camera.fail(silent=True)

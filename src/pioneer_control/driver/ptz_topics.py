@@ -78,7 +78,7 @@ class PtzTopics:
     @property
     def acts_at_end(self) -> bool:
         """Whether the camera has something to do at the end, which takes time."""
-        return self._session.settings.power_off_at_end
+        return self._session.settings.power_off_at_end or self._report.is_moving
 
     def end(self, timeout: float) -> None:
         """Bring a camera on a line of its own to rest, within ``timeout`` s, and close its line."""

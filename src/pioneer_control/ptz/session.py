@@ -56,6 +56,10 @@ class Exchange(NamedTuple):
     is_answered: bool
 
 
+UNHEARD_STOPS = [Exchange(encode_camera_command(say.name, *say.values), False) for say in STOPS.values()]
+"""What stops a camera that need not answer."""
+
+
 class CameraReport(NamedTuple):
     """What is known of the camera. Angles are counts of 0.1125 degrees as the world sees them: to the right, upwards.
 
@@ -183,7 +187,7 @@ class CameraSession:
         if self.phase is not CameraPhase.FAILED:
             self._check_ready("stop")
         if self.phase is not CameraPhase.READY:
-            self._output += [Exchange(encode_camera_command(say.name, *say.values), False) for say in STOPS.values()]
+            self._output += UNHEARD_STOPS
         if self.phase is CameraPhase.FAILED:
             return
         self._commanded = self._zoom_commanded = None
@@ -233,13 +237,15 @@ class CameraSession:
         self._leave(CameraPhase.ENDED if self._is_ending else CameraPhase.NO_LINE, reason)
 
     def end(self, now: float) -> None:
-        """Switch the camera off, if it is to be so at the end; else leave it as it is. Go on until `ended`."""
+        """Switch the camera off, if it is to be so at the end; else stop it if it moves. Go on until `ended`."""
         self._is_ending = True
         if self.settings.power_off_at_end and self.phase not in (
                 CameraPhase.NO_LINE, CameraPhase.OFF, CameraPhase.ENDED):
             self._switch_off(now)
         else:
+            moves = self.report.is_moving
             self._leave(CameraPhase.ENDED, "the driver has ended")
+            self._output += UNHEARD_STOPS if moves else ()
 
     @property
     def has_output(self) -> bool:
