@@ -136,6 +136,12 @@ def test_a_mount_of_no_number_is_refused():
         mount_of(Transform(Vector3(math.nan, 0.0, 0.0), Quaternion(w=1.0)))
 
 
+@pytest.mark.parametrize("place", [(11.0, 0.0), (1e300, -1e300)])
+def test_a_mount_that_is_on_no_robot_is_refused(place):
+    with pytest.raises(UsageError, match="more than 10 m from its robot"):
+        mount_of(Transform(Vector3(*place, 0.0), Quaternion(w=1.0)))
+
+
 def scan(**changed):
     """A scan of three rays: to the right, ahead, to the left."""
     values = dict(header=Header(stamp=Time(7), frame_id="laser"), angle_min=-1.0, angle_max=1.0, angle_increment=1.0,
@@ -161,6 +167,11 @@ def test_ranges_beyond_the_limits_are_none():
     sweep = sweep_of(scan(ranges=[0.01, 9.0, -1.0, math.nan, math.inf], angle_max=3.0), MOUNT, False, 0.0)
     assert np.isnan(sweep.ranges).tolist() == [True, False, True, True, False]
     assert np.isposinf(sweep.ranges).tolist() == [False, True, False, False, True]
+
+
+def test_a_range_that_no_laser_measures_is_none_whatever_the_limits_are():
+    sweep = sweep_of(scan(ranges=[900.0, 1e6, 3e38], range_max=math.inf), MOUNT, False, 0.0)
+    assert sweep.ranges.tolist() == [900.0, math.inf, math.inf]
 
 
 @pytest.mark.parametrize("wrong, named", [

@@ -23,6 +23,10 @@ LEAST_SPREAD = 0.05
 """Smallest standard deviation (m, rad) of a pose that somebody tells: nobody knows it more exactly."""
 LEVEL = math.cos(math.radians(6.0))
 """Cosine of the angle by which a laser may lean: at 8 m its rays are then 0.8 m too high or too low."""
+FARTHEST_MOUNT = 10.0
+"""Farthest (m) that a laser may be from the middle of its robot: no robot is larger."""
+FARTHEST_RANGE = 1000.0
+"""A range (m) beyond this is none, whatever a scan says of its limits: no laser of a robot measures it."""
 MOST_RAYS = 4000
 """Most ranges of a scan: more would take too long, and no laser of a robot has them."""
 FULL_TURN = 2.0 * math.pi + 0.1
@@ -67,11 +71,14 @@ def mount_of(transform: Any) -> Tuple[Pose, bool]:
     A laser that is upside down, and says so in tf, measures clockwise.
 
     Raises:
-        UsageError: it looks up or down: then it meets no walls, or the floor. Or its place is not finite.
+        UsageError: it looks up or down: then it meets no walls, or the floor. Or its place is not on a robot.
     """
     turn, place = transform.rotation, transform.translation
     if not (math.isfinite(place.x) and math.isfinite(place.y)):
         raise UsageError("the place of the laser must be finite, not (%g, %g)" % (place.x, place.y))
+    if math.hypot(place.x, place.y) > FARTHEST_MOUNT:
+        raise UsageError("the place of the laser, (%g, %g), is more than %g m from its robot"
+                         % (place.x, place.y, FARTHEST_MOUNT))
     up = 1.0 - 2.0 * (turn.x * turn.x + turn.y * turn.y)        # z of the laser's z axis
     if not abs(up) >= LEVEL:        # also if it is not a number
         raise UsageError("the laser leans by %.0f degrees: only one that looks along the floor is of use"
@@ -114,7 +121,7 @@ def sweep_of(message: Any, mount: Pose, upside_down: bool, offset: float) -> Las
                          % (message.range_min, message.range_max))
     with np.errstate(invalid="ignore"):
         ranges = np.where(ranges < max(message.range_min, 0.0), np.nan, ranges)
-        ranges = np.where(ranges > message.range_max, np.inf, ranges)
+        ranges = np.where(ranges > min(message.range_max, FARTHEST_RANGE), np.inf, ranges)
     side = -1.0 if upside_down else 1.0
     return LaserSweep(message.header.stamp.to_sec() + offset, duration, mount, side * first, side * step, ranges)
 
