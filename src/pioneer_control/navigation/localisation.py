@@ -226,9 +226,12 @@ class Localisation:
         return self.where
 
     def _hear_laser(self, sensing: Sensing) -> None:
-        """Keep the newest scan. The laser tells more than sonar: while scans come, it searches and judges."""
+        """Keep the newest scan. The laser tells more than sonar: while scans come, it searches and judges.
+
+        A scan in which it sees next to nothing is none: it would keep sonar from noticing that the pose is wrong.
+        """
         laser, numbers = self._laser, self._laser_tuned
-        if sensing.scan is not None:
+        if sensing.scan is not None and not sensing.scan.is_blind:
             if laser is None:
                 field = LaserField(self._map, numbers)
                 laser = self._laser = LaserSense(field, self._search_with(field), numbers.weight, numbers.evidence,

@@ -5,6 +5,8 @@ Lengths are in metres, angles in radians, counter-clockwise positive, times in s
 
 from typing import NamedTuple, Optional, Sequence, Tuple
 
+import numpy as np
+
 from ..floor_poses import Pose
 
 
@@ -44,6 +46,16 @@ class LaserSweep(NamedTuple):
     ranges: Sequence[float]
 
 
+LEAST_SEEN = 0.1
+"""A scan of which a smaller share of rays measured something is blind: the laser is covered or dazzled, or all is too
+far away for it."""
+
+
+def is_blind(ranges: Sequence[float]) -> bool:
+    """Return whether so few ranges are finite that they do not tell where the robot is."""
+    return bool(np.isfinite(ranges).mean() < LEAST_SEEN)
+
+
 class Scan(NamedTuple):
     """What a laser measures in one turn, and how the robot moved meanwhile, by the wheels.
 
@@ -58,6 +70,11 @@ class Scan(NamedTuple):
     angle_step: float
     ranges: Sequence[float]
     motion: Pose = Pose(0.0, 0.0, 0.0)
+
+    @property
+    def is_blind(self) -> bool:
+        """Whether it does not tell where the robot is: next to nothing was in sight."""
+        return is_blind(self.ranges)
 
 
 class Sensing(NamedTuple):

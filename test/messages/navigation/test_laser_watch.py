@@ -100,6 +100,16 @@ def test_a_scan_that_makes_no_sense_is_left_out_and_the_next_one_counts(robot):
     assert robot.packet(100.1) is not None and robot.says() == "used"
 
 
+def test_a_laser_that_sees_nothing_is_told(robot):
+    for stamp in (99.9, 100.0):
+        robot.watch.hear(scan(stamp, ranges=[float("nan")] * 3), 0.0)
+    assert robot.says(by_laser=True) == "used", "a blind scan or two change nothing"
+    assert robot.says(by_laser=False).startswith("not used: it sees next to nothing")
+    assert robot.watch.state(False, False).trouble
+    robot.watch.hear(scan(100.2), 0.0)
+    assert robot.says(by_laser=False) == "not used yet"
+
+
 def test_in_a_crowd_where_nobody_hears_tf_the_laser_is_where_it_was(robot):
     robot.watch.hear(scan(100.01), 0.0)
     robot.frames.clear()

@@ -418,6 +418,25 @@ def test_scans_of_another_place_raise_a_doubt():
     assert results[-1].sure and np.all(off(results[-1], robot) < np.array(SURE))
 
 
+@pytest.mark.parametrize("blind, seen", [(math.inf, 0), (math.nan, 0), (math.nan, 15)])
+def test_a_robot_whose_laser_is_blind_notices_by_sonar_that_it_was_carried_away(blind, seen):
+    robot, localisation = SensingRobot(ROOM, START).with_laser(ROOM), Localisation(MAP, TRANSDUCERS)
+    localisation.known_start(START)
+    assert circle(robot, localisation, 5.0, laser=True)[-1].by_laser
+
+    def drive(seconds):
+        for _ in range(round(seconds * 10)):
+            scan = robot.scan()
+            ranges = [*scan.ranges[:seen], *[blind] * (181 - seen)]
+            yield localisation.update(robot.step(0.03, -0.05)._replace(scan=scan._replace(ranges=ranges)))
+
+    assert not list(drive(3.0))[-1].by_laser
+    robot.pose = Pose(1.0, 3.4, 0.0)        # somebody carries it
+    results = list(drive(20.0))
+    assert not all(where.sure for where in results[:20])
+    assert results[-1].sure and np.all(off(results[-1], robot) < np.array(SURE))
+
+
 def test_a_scan_of_before_somebody_says_where_it_is_counts_no_more():
     robot, localisation = SensingRobot(ROOM, START).with_laser(ROOM), Localisation(MAP, TRANSDUCERS)
     localisation.update(robot.step(0.0, 0.0)._replace(scan=robot.scan()))

@@ -12,6 +12,7 @@ from ...errors import UsageError
 from ...floor_poses import Pose
 from ..navigator import kind_of
 from ..senses import OLD_SCAN, Senses
+from ..values import is_blind
 from .messages import mount_of, sweep_of
 
 SILENT = 1.0
@@ -44,6 +45,7 @@ class LaserWatch:
         self._frame, self._mount = "", (Pose(0.0, 0.0, 0.0), False)
         self._came_at: Optional[float] = None       # monotonic
         self._refusal = ""      # why the newest scan is of no use
+        self._is_blind = False
         self._said = kind_of(NO_LASER.text)
 
     def hear(self, message: Any, offset: float) -> None:
@@ -52,8 +54,9 @@ class LaserWatch:
         if self._senses.wants_sweep(message.header.stamp.to_sec() + offset):
             try:
                 mount, upside_down = self._where(message.header.frame_id.lstrip("/"))
-                self._senses.hear_sweep(sweep_of(message, mount, upside_down, offset))
-                self._refusal = ""
+                sweep = sweep_of(message, mount, upside_down, offset)
+                self._senses.hear_sweep(sweep)
+                self._refusal, self._is_blind = "", is_blind(sweep.ranges)
             except UsageError as error:
                 self._refusal = str(error)
 
@@ -85,6 +88,8 @@ class LaserWatch:
         if age is not None and not -AHEAD <= age <= OLD_SCAN:
             return LaserState("not used: its scans are %.1f s %s than what the robot tells: do the clocks of two"
                               " computers differ?" % (abs(age), "older" if age > 0.0 else "newer"), True)
+        if self._is_blind and not by_laser:
+            return LaserState("not used: it sees next to nothing. Is it covered or dazzled, or is all too far away?", True)
         return LaserState("used", False) if by_laser else LaserState("not used yet", False)
 
     def say(self, state: LaserState) -> None:
