@@ -172,6 +172,23 @@ def test_scans_whose_laser_has_no_place_are_not_used_and_people_are_told(old_bag
     assert "by the laser" not in said.out and poses(tmp_path / "new.bag")[-1].sure
 
 
+@pytest.mark.parametrize("name, value, reason", [
+    ("angle_increment", 0.5, "a scan has 181 ranges, "),
+    ("header", Header(stamp=Time(1001), frame_id="lidar"), "its frame is 'lidar', and that of the first scan was 'laser'"),
+])
+def test_scans_that_are_left_out_are_counted_and_people_are_told_why(old_bag, tmp_path, capsys, name, value, reason):
+    bag, scans = with_tf(old_bag[0], tmp_path / "scans.bag", *zip(["/tf", "/tf"], SEAT)), 0
+    with rosbag.Bag(str(bag)) as old, rosbag.Bag(str(tmp_path / "bad.bag"), "w") as new:
+        for topic, message, time in old.read_messages():
+            if topic == "/old/scan":
+                scans += 1
+                if scans > 2:
+                    setattr(message, name, value)
+            new.write(topic, message, time)
+    assert run(tmp_path / "bad.bag", tmp_path / "new.bag", "--map", "tutorial", "--model", "p3dx-sh") == 0
+    assert "%d scans of the laser are not used; the first of them: %s" % (scans - 2, reason) in capsys.readouterr().err
+
+
 def test_a_map_made_twice_of_a_bag_is_the_same(old_bag, tmp_path):
     for name in ("a", "b"):
         assert run(old_bag[0], tmp_path / (name + ".bag"), "--model", "p3dx-sh", "--save-map",

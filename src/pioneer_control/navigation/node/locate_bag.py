@@ -147,6 +147,11 @@ class Locator:
         pilot: the navigation.
         robot: the robot. If it has a model, the new bag is to tell it.
         laser: its laser. None: it has none, or its scans are not to be used.
+
+    Attributes:
+        heard, sure, by_laser: as those of `Located`.
+        unused: how many scans were of no use.
+        why_unused: why, of the first of them.
     """
 
     def __init__(self, pilot: Pilot, robot: BagRobot, laser: Optional[BagLaser]):
@@ -154,7 +159,8 @@ class Locator:
         self._model, self._odom_frame = robot.model, robot.odom_frame
         self._laser = laser
         self._next_cloud = self._next_map = 0.0
-        self.heard = self.sure = self.by_laser = 0
+        self.heard = self.sure = self.by_laser = self.unused = 0
+        self.why_unused = ""
         self.hears: Dict[str, Callable[[Any], List[Sensing]]] = {
             "SonarArray": self._hear_sonar, "pose": self._hear_pose, SCAN: self._hear_scan}
 
@@ -176,11 +182,17 @@ class Locator:
             place.x, place.y, heading_of(turn.x, turn.y, turn.z, turn.w)))
 
     def _hear_scan(self, message: Any) -> List[Sensing]:
-        """Take a scan. One of another frame, or whose numbers do not fit together, is left out."""
+        """Take a scan. One of another frame, or whose numbers do not fit together, is left out, and counted."""
         laser = self._laser
-        if laser is not None and message.header.frame_id.lstrip("/") == laser.frame:
-            with contextlib.suppress(UsageError):
+        if laser is not None:
+            try:
+                if message.header.frame_id.lstrip("/") != laser.frame:
+                    raise UsageError("its frame is %r, and that of the first scan was %r" % (
+                        message.header.frame_id, laser.frame))
                 self._senses.hear_sweep(sweep_of(message, laser.mount, laser.upside_down, 0.0))
+            except UsageError as error:
+                self.unused += 1
+                self.why_unused = self.why_unused or str(error)
         return []
 
     def _told(self, step: PilotStep) -> List[Tuple[str, Any]]:
@@ -334,7 +346,11 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         if options.start:
             pilot.start_at(Pose(*options.start), 0.3, 0.2)
         laser = usable_laser(options.bag, robot) if floor is not None and not options.no_laser else None
-        done = locate(options.bag, options.output, robot, Locator(pilot, robot, laser))
+        locator = Locator(pilot, robot, laser)
+        done = locate(options.bag, options.output, robot, locator)
+        if locator.unused:
+            print("locate_bag: %d scans of the laser are not used; the first of them: %s" % (
+                locator.unused, locator.why_unused), file=sys.stderr)
         if options.save_map:
             pilot.finish()
             saved = "; the map is %s" % write_map(pilot.grid, {}, options.save_map)
