@@ -7,9 +7,9 @@ sends it again when it was not heard, hands the reply back, and notices when a l
 import math
 from typing import Any, Generator, List, NamedTuple, Optional, Sequence, Union
 
-from ..lms2xx import (MESSAGES, METRES, PARTIAL_TIMEOUT, WELL, Answer, ConfigurationWritten, MalformedMessage, PowerOn,
-                      RawScan, Resetting, ScanReply, Telegram, TelegramCounts, TelegramDecoder, VariantSet, decode,
-                      encode, first_ray_before_first_byte, severity, time_on_line)
+from ..lms2xx import (MESSAGES, METRES, PARTIAL_TIMEOUT, SPEEDS, WELL, Answer, ConfigurationWritten, MalformedMessage,
+                      PowerOn, RawScan, Resetting, ScanReply, SetMode, Telegram, TelegramCounts, TelegramDecoder,
+                      VariantSet, decode, encode, first_ray_before_first_byte, severity, time_on_line)
 from .conversation import (Ask, LaserInfo, LaserSpeed, NoLaserError, Pause, SetLineSpeed, Step, asking, closing,
                            opening)
 from .settings import LaserSettings
@@ -21,6 +21,7 @@ SILENT_AT_LEAST = 1.0   # s
 NOT_OURS = PowerOn, Resetting, VariantSet, ConfigurationWritten
 """Replies that change what the scans are. None of them is asked for while scans come."""
 NOT_OURS_SAYS = "the laser begins anew, or another program has changed it"
+SPEED_REQUESTS = [SetMode(speed.mode, b"") for speed in SPEEDS.values()]
 ASK_AGAIN = 10.0        # s: a laser that sends scans is asked for its errors no sooner again, as its stream pauses then
 
 
@@ -173,8 +174,15 @@ class LaserSession:
         return events
 
     def close(self, now: float) -> None:
-        """Tell the laser to stop, and to have the speed that it had before. Go on until `closed`."""
+        """Tell the laser to stop, and to have the speed that it had before. Go on until `closed`.
+
+        While it is just told another speed, nobody knows which one it has: its answer is waited for (`_do`).
+        """
         self._info, self._is_closing = None, True
+        if not (isinstance(self._step, Ask) and self._step.request in SPEED_REQUESTS):
+            self._begin_closing(now)
+
+    def _begin_closing(self, now: float) -> None:
         if self._laser_speeds:
             self._begin(closing(self._laser_speeds[0], self._laser_speeds[-1], self._has_speed), now)
         else:
@@ -265,6 +273,8 @@ class LaserSession:
         elif isinstance(step, LaserSpeed):
             self._laser_speeds.append(step.baud)
             self.due = now
+            if self._is_closing:
+                self._begin_closing(now)
         elif isinstance(step, Pause):
             self.due = now + step.seconds
         elif isinstance(step, Ask):

@@ -369,6 +369,30 @@ def test_closed_at_any_moment_it_leaves_the_laser_as_it_was(steps):
     assert bench.session.closed and not bench.laser.streams and bench.laser.baud == 9600
 
 
+def test_closed_while_it_is_told_another_speed_it_gets_its_own_back():
+    """The answer comes at the old speed: it was taken for that to the stop, and the laser stayed at the new one."""
+    bench, late = Bench(), []
+    receive = bench.session.receive
+
+    def hold_back(data, now):
+        if bench.laser.next_baud == bench.laser.baud or late:
+            return receive(data, now)
+        late.append(data)
+        return []
+
+    bench.session.receive = hold_back
+    while not late:
+        bench.step()
+    bench.session.close(bench.now)
+    bench.carry()
+    bench.events += receive(late[0], bench.now)
+    for _ in range(20):
+        bench.carry()
+        if not bench.session.closed:
+            bench.step()
+    assert bench.session.closed and not bench.laser.streams and bench.laser.baud == 9600
+
+
 def test_the_variant_is_set_without_a_write():
     bench = Bench(angle_deg=100, step_hundredths=25)
     assert bench.until(Measuring).info.variant == (100, 25)
