@@ -386,8 +386,8 @@ class DriverDrives(unittest.TestCase):
         self.assertEqual((round(x, 6), round(z, 6)), (0.166, 0.17))
 
     def test_20_a_second_description_leaves_the_first_one_alone(self):
-        ended = subprocess.run([DESCRIPTION, "__name:=robot_state_publisher"], env=dict(os.environ, ROS_NAMESPACE="pioneer"),
-                               stdout=subprocess.PIPE, universal_newlines=True, timeout=PATIENCE)
+        ended = subprocess.run([DESCRIPTION, "__name:=robot_state_publisher"], stdout=subprocess.PIPE, timeout=PATIENCE,
+                               env=dict(os.environ, ROS_NAMESPACE="pioneer"), universal_newlines=True)
         self.assertEqual((ended.returncode, ended.stdout.splitlines()), (0, [
             "/pioneer/robot_state_publisher runs already, and goes on: the robot is described as it was started"]))
         self.assertTrue(is_at_work("/pioneer/robot_state_publisher", PATIENCE))

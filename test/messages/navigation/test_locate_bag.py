@@ -174,7 +174,8 @@ def test_scans_whose_laser_has_no_place_are_not_used_and_people_are_told(old_bag
 
 @pytest.mark.parametrize("name, value, reason", [
     ("angle_increment", 0.5, "a scan has 181 ranges, "),
-    ("header", Header(stamp=Time(1001), frame_id="lidar"), "its frame is 'lidar', and that of the first scan was 'laser'"),
+    ("header", Header(stamp=Time(1001), frame_id="lidar"),
+     "its frame is 'lidar', and that of the first scan was 'laser'"),
 ])
 def test_scans_that_are_left_out_are_counted_and_people_are_told_why(old_bag, tmp_path, capsys, name, value, reason):
     bag, scans = with_tf(old_bag[0], tmp_path / "scans.bag", *zip(["/tf", "/tf"], SEAT)), 0

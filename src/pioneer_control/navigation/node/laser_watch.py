@@ -89,7 +89,8 @@ class LaserWatch:
             return LaserState("not used: its scans are %.1f s %s than what the robot tells: do the clocks of two"
                               " computers differ?" % (abs(age), "older" if age > 0.0 else "newer"), True)
         if self._is_blind and not by_laser:
-            return LaserState("not used: it sees next to nothing. Is it covered or dazzled, or is all too far away?", True)
+            return LaserState("not used: it sees next to nothing. Is it covered or dazzled, or is all too far away?",
+                              True)
         return LaserState("used", False) if by_laser else LaserState("not used yet", False)
 
     def say(self, state: LaserState) -> None:
