@@ -8,7 +8,6 @@ import os
 import subprocess
 import sys
 import threading
-import time
 import unittest
 
 import dynamic_reconfigure.client
@@ -30,7 +29,7 @@ from pioneer_control.msg import (AIO, DIO, IO, BatteryState, GripperState, GripS
                                  RobotInfo, SonarArray, Sounds, Stall, WheelVelocities)
 from pioneer_control.ros_node import is_at_work
 from pioneer_control.srv import SetDigitalOut
-from witness import PATIENCE, Witness, heading_of, wait_until
+from witness import PATIENCE, Witness, heading_of
 
 TOPICS = {
     "pioneer/pose": Odometry, "pioneer/sonar": SonarArray, "pioneer/gripper_state": GripperState,
@@ -42,7 +41,6 @@ TOPICS = {
     "pioneer/ground_truth": Odometry, "/rosout": Log,
 }
 OF_EVERY_PACKET = "sonar", "sonar_points", "joint_states", "battery", "battery_state", "stall"
-DESCRIPTION = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "nodes", "description")
 WHEEL_RADIUS = 0.0975
 NOISE = 0.004   # m: the simulated sonar's, and the wire's whole millimetres
 HALF_CONE = math.radians(12.5)
@@ -386,25 +384,12 @@ class DriverDrives(unittest.TestCase):
         self.assertEqual((round(x, 6), round(z, 6)), (0.166, 0.17))
 
     def test_20_a_second_description_leaves_the_first_one_alone(self):
-        ended = subprocess.run([DESCRIPTION, "__name:=robot_state_publisher"], stdout=subprocess.PIPE, timeout=PATIENCE,
+        program = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "nodes", "description")
+        ended = subprocess.run([program, "__name:=robot_state_publisher"], stdout=subprocess.PIPE, timeout=PATIENCE,
                                env=dict(os.environ, ROS_NAMESPACE="pioneer"), universal_newlines=True)
         self.assertEqual((ended.returncode, ended.stdout.splitlines()), (0, [
             "/pioneer/robot_state_publisher runs already, and goes on: the robot is described as it was started"]))
         self.assertTrue(is_at_work("/pioneer/robot_state_publisher", PATIENCE))
-
-    def test_21_of_two_descriptions_that_begin_at_once_one_goes_on(self):
-        rospy.set_param("/twin/robot_state_publisher/model", "p3dx-sh")
-        both = [subprocess.Popen([DESCRIPTION, "__name:=robot_state_publisher"],
-                                 env=dict(os.environ, ROS_NAMESPACE="twin")) for _ in range(2)]
-        try:
-            wait_until("one has ended", lambda: [each.poll() for each in both].count(None) == 1)
-            wait_until("the other one is there", lambda: is_at_work("/twin/robot_state_publisher", PATIENCE))
-            time.sleep(1.0)
-            self.assertEqual(sorted(map(str, (each.poll() for each in both))), ["0", "None"])
-        finally:
-            for each in both:
-                each.terminate()
-                each.wait(PATIENCE)
 
 
 if __name__ == "__main__":

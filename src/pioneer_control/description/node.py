@@ -12,12 +12,9 @@ this program starts it then, in its own place.
 """
 
 import contextlib
-import hashlib
 import os
-import socket
 import sys
 import threading
-import time
 from dataclasses import dataclass, replace
 from typing import List, Optional, Tuple
 
@@ -38,10 +35,7 @@ REMIND = 10.0
 """The time (s) without a robot after which the user is told what this node waits for."""
 POLL = 0.2      # s
 PATIENCE = 3.0
-"""The time (s) that another robot_state_publisher has to answer, and another program of this kind to become one."""
-
-
-_kept: List[socket.socket] = []
+"""The time (s) that another robot_state_publisher has to answer."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +77,7 @@ def main() -> int:
     """
     name = rosgraph.names.make_caller_id(PUBLISHER).rstrip("/")
     with contextlib.suppress(*NO_ANSWER):       # no master: init_node waits for it
-        if _is_described(name):         # a second one would end it, and both can end each other
+        if is_at_work(name, PATIENCE):      # a second one would end it, and both can end each other
             print("%s runs already, and goes on: the robot is described as it was started" % name)
             return 0
     init_node(PUBLISHER)
@@ -101,27 +95,6 @@ def main() -> int:
         rospy.logfatal("%s%s", error, advice if isinstance(error, ParameterError) else "")
         return 2
     return _become(model.subtype)
-
-
-def _is_described(name: str) -> bool:
-    """Return whether another node has this name, also one that has just begun and that the master does not know yet.
-
-    Only the first program of this kind at a master goes on at once. It keeps a socket with a name of its own, also when
-    it becomes robot_state_publisher. Raises one of NO_ANSWER when the master does not answer.
-    """
-    key = "%s %s" % (rosgraph.get_master_uri(), name)
-    first = socket.socket(socket.AF_UNIX)
-    first.set_inheritable(True)
-    until = time.monotonic() + PATIENCE
-    while not is_at_work(name, PATIENCE):
-        with contextlib.suppress(OSError):      # the name is taken
-            first.bind("\0pioneer_control " + hashlib.sha256(key.encode()).hexdigest())
-            _kept.append(first)
-            return False
-        if time.monotonic() > until:        # of a master that is gone
-            return False
-        time.sleep(POLL)
-    return True
 
 
 def _wait_for_robot() -> Optional[RobotInfo]:
