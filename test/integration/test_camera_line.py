@@ -5,7 +5,7 @@ import threading
 import pytest
 
 from pioneer_control.errors import ParameterError, PortError, RefusedError
-from pioneer_control.ptz import CameraLine, CameraPhase, CameraSession, CameraSettings
+from pioneer_control.ptz import CameraLine, CameraPhase, CameraSession, CameraSettings, session
 from pioneer_control.robots import find_model
 from pioneer_control.simulator import fault_of, load_world, simulate
 from pioneer_control.simulator.line import CameraPorts, Server, camera_ports
@@ -85,7 +85,8 @@ def test_each_of_several_robots_has_one_with_the_power_of_its_robot(tmp_path):
         assert first.is_local and not second.is_local
 
 
-def test_a_camera_whose_supply_fails_starts_anew(tmp_path):
+def test_a_camera_whose_supply_fails_starts_anew(tmp_path, monkeypatch):
+    monkeypatch.setattr(session, "AGAIN", 0.2)
     with served(pty=str(tmp_path / "camera")) as server:
         watched = Watched(server.cameras[0].place)
         watched.line.start()

@@ -113,6 +113,11 @@ def test_a_driver_that_is_killed_ends_with_1_and_an_ordered_end_with_0(tmp_path,
             found = re.search(r"process\[p2os-\d+\]: started with pid \[(\d+)\]", line)
             if found:
                 break
+        master, end = rosgraph.Master("/test", master_uri=environment["ROS_MASTER_URI"]), time.monotonic() + LIMIT
+        # While roslaunch starts a node, a signal holds it up for 20 s (seen with 1.15.15): so wait for the node.
+        while "/p2os" not in str(master.getSystemState()):
+            assert time.monotonic() < end
+            time.sleep(0.02)
         pid, number = (int(found.group(1)), signal.SIGKILL) if what == "driver" else (running.pid, signal.SIGTERM)
         os.kill(pid, number)
         rest = running.communicate(timeout=LIMIT)[0]
