@@ -1,6 +1,7 @@
 """The simulated robot behind a TCP port and behind a pseudo-terminal. The tests use a bare socket and pyserial."""
 
 import contextlib
+import math
 import os
 import select
 import signal
@@ -8,6 +9,7 @@ import socket
 import subprocess
 import sys
 import time
+from types import SimpleNamespace
 
 import pytest
 import serial
@@ -734,3 +736,27 @@ def test_a_senseless_number_of_robots(text):
 def test_listening_to_other_machines_is_told():
     with program("--tcp", "0.0.0.0:0") as process:
         assert "every machine that reaches this one can drive it" in process.stderr.readline()
+
+
+def test_what_a_round_takes_delays_no_later_one(monkeypatch):
+    """On a clock of the test: each round of the server takes 3 ms, and it wakes when the next step of time is due."""
+    server = Server(robot(), tcp=0)
+    server.watched, clock, late = True, [100.0], []
+    monkeypatch.setattr("pioneer_control.simulator.line.server.time", SimpleNamespace(monotonic=lambda: clock[0]))
+    run_to = server.simulation.run_to
+
+    def work(now_us):
+        clock[0] += 0.003
+        return run_to(now_us)
+
+    def sleep(timeout):
+        clock[0] += math.ceil(timeout * 1e3) * 1e-3     # as epoll waits
+        late.append(server.pace.due_us(clock[0]) - server.simulation.next_us)
+        if len(late) == 20:
+            server._stopping.set()
+        return []
+
+    monkeypatch.setattr(server.simulation, "run_to", work)
+    monkeypatch.setattr(server, "_selector", SimpleNamespace(select=sleep, close=server._selector.close))
+    server._run()
+    assert len(late) == 20 and all(0 <= each <= 1000 for each in late[2:]), late     # us; it begins on a whole ms

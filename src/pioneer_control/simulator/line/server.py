@@ -266,12 +266,14 @@ class Server:
     # -- its thread
 
     def _run(self) -> None:
-        self.pace.due_us(time.monotonic())
+        now = time.monotonic()
+        self.pace.due_us(now)
         try:
             while not self._stopping.is_set():
                 until_us = self.simulation.next_us if self.watched else self.simulation.news_us
                 until_us = min([until_us] + [device.next_us for device in self._devices])
-                ready = self._selector.select(self.pace.rest(until_us))
+                rest = self.pace.rest(until_us)     # from the time at which the last round began
+                ready = self._selector.select(rest and max(0.0, now + rest - time.monotonic()))
                 with self.lock:
                     now = time.monotonic()
                     self._deliver(self.simulation.run_to(self._due_us(now)), now)
