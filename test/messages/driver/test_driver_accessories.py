@@ -12,6 +12,7 @@ from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool
 from test_driver_requests import ask
 
+from pioneer_control.client.accessories import has_power
 from pioneer_control.driver import conversions
 from pioneer_control.errors import LinkLostError
 from pioneer_control.msg import MotorState, Sounds
@@ -373,6 +374,18 @@ def test_a_link_that_is_lost_before_the_driver_hears_of_it_does_not_end_the_driv
 
     bottle = run(script, firmware=in_world_with_dock(), before=lose_the_first_link)
     assert bottle.exit_code == 0 and bottle.is_ready and len(bottle.opened) == 2
+
+
+def test_a_plugged_in_charger_of_a_robot_that_has_none_for_docks_is_no_reason_to_warn(run):
+    firmware = robot()
+    firmware.hardware.charger.plug(True)
+
+    def script(bottle):
+        yield 0.5
+        bottle.charges = has_power(bottle.node._robot.state)
+
+    bottle = run(script, firmware=firmware)
+    assert bottle.charges and "stands in a dock" not in bottle.warned
 
 
 @pytest.mark.parametrize("service", ["dock", "undock"])

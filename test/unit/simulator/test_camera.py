@@ -231,6 +231,7 @@ def test_without_power_it_hears_and_says_nothing_and_then_it_starts_anew():
     bench.camera.supply(False)
     assert bench.camera.next_us == NEVER_US
     assert bench.send(encode_camera_command("GO_TO", 40, 0)) == b""
+    assert bench.camera.next_us == NEVER_US
     bench.run(1.0)
     assert bench.camera.pan.position == 0
     bench.camera.supply(False)

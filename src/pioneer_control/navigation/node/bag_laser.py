@@ -52,9 +52,7 @@ def transform_in(path: str, parent: str, child: str) -> object:
     with Progress("looking for the laser") as progress:
         for _, message, _ in read_bag(path, is_tf, progress).decoded():
             for each in message.transforms:
-                each.header.frame_id, each.child_frame_id = (
-                    name.lstrip("/") for name in (each.header.frame_id, each.child_frame_id))
-                frames.set_transform_static(each, "bag")
+                frames.set_transform_static(each, "bag")        # it takes off the / that old names begin with
             if frames.can_transform_core(parent, child, rospy.Time(0))[0]:
                 return frames.lookup_transform_core(parent, child, rospy.Time(0)).transform
     raise UsageError("nobody says in /tf or /tf_static where its frame %r is in %r" % (child, parent))
