@@ -19,7 +19,7 @@ CAMERA_CABLINGS = ("two_way", "one_way")
 MICRO = 1000000
 """Positions are kept in millionths of a count or of a zoom step, so that steps of microseconds add up exactly."""
 ALWAYS = frozenset(CAMERA_COMMANDS[name].number for name in ("CONTROL", "ASK_STATUS", "ASK_LONG_STATUS"))
-"""Numbers of the commands that it obeys also in local mode, and without power."""
+"""Numbers of the commands that it obeys also in local mode, and while it is switched off."""
 TURNS = frozenset(("HOME", "GO_TO", "RUN_RIGHT", "RUN_LEFT", "RUN_UP", "RUN_DOWN", "RUN_BOTH"))
 """Commands that need an initialised camera. Without it they start the initialisation by themselves."""
 TARGETS = frozenset(("HOME", "GO_TO"))

@@ -143,7 +143,7 @@ class LaserFirmware:
             self._hear(bytes((byte,)))
 
     def _hear(self, byte: bytes) -> None:
-        """Receive one byte. A telegram with a wrong CRC gets NAK, and is forgotten whole: what looks like the begin of
+        """Receive one byte. A telegram with a wrong CRC gets NAK, and is forgotten whole: what looks like the start of
         another one inside it must not swallow the next request. Its address may be what is wrong, so it counts not.
         """
         wrong = self._decoder.counts.wrong_crcs
